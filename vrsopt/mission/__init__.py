@@ -1,0 +1,1 @@
+"""Missions: tasks between places, as a profile over time."""

@@ -1,0 +1,1 @@
+"""Rotor: blade, section aerodynamics, inflow and periodic response."""

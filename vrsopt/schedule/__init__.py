@@ -1,0 +1,1 @@
+"""Schedules of rotor speed and blade twist over a mission, and their comparison."""

@@ -1,0 +1,1 @@
+"""Surrogates: sampling of the physics, Kriging, validation and export to CasADi."""

@@ -1,0 +1,1 @@
+"""Turboshaft: gas properties, component maps and the gas-path cycle."""
