@@ -1,0 +1,296 @@
+"""One abstraction under rotor trim, engine and combustor: a named system of equations r(x, p) = 0 with outputs y(x, p).
+
+The system is symbolic (CasADi), scaled and named, so that every solver sees the same scaled residual, every failure can
+say which equation and which bound it is about, and every output has exact derivatives by the implicit-function theorem.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from vrsopt.errors import InputError
+from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
+from vrsopt.solvers.newton import Factorisation, newton
+from vrsopt.solvers.status import Status
+
+TOLERANCE = 1e-8  # largest scaled residual of an accepted solution
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An unknown of the system: unit, scale (its typical size), bounds and the start of a solve without a guess."""
+
+    name: str
+    unit: str
+    scale: float = 1.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class Named:
+    """Name and unit of a parameter or an output; name and scale of a residual."""
+
+    name: str
+    unit: str = "-"
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solved (or failed) system: ``values`` of the unknowns, ``outputs`` and ``parameters`` by name, in SI units."""
+
+    success: bool
+    status: Status
+    message: str
+    values: dict[str, float]
+    outputs: dict[str, float]
+    parameters: dict[str, float]
+    residual_norm: float
+    iterations: int
+    scaled: np.ndarray = field(repr=False)
+    factorisation: Factorisation | None = field(repr=False, default=None)
+
+
+@dataclass(frozen=True)
+class ResidualSystem:
+    """A square system r(x, p) = 0 with outputs y(x, p).
+
+    ``x``, ``p``, ``r``, ``y`` are CasADi column vectors in the order of ``unknowns``, ``parameters``, ``residuals`` and
+    ``outputs``, in physical units; r is divided by the residuals' scales, x by the unknowns' scales before any solver
+    sees them. ``guess(parameters)`` gives a start for a solve that has no neighbour.
+    """
+
+    name: str
+    unknowns: tuple[Unknown, ...]
+    parameters: tuple[Named, ...]
+    residuals: tuple[Named, ...]
+    outputs: tuple[Named, ...]
+    x: Any
+    p: Any
+    r: Any
+    y: Any
+    guess: Callable[[Mapping[str, float]], Mapping[str, float]] | None = None
+
+    def __post_init__(self) -> None:
+        sizes = {
+            "unknowns": (len(self.unknowns), self.x),
+            "parameters": (len(self.parameters), self.p),
+            "residuals": (len(self.residuals), self.r),
+            "outputs": (len(self.outputs), self.y),
+        }
+        for kind, (names, vector) in sizes.items():
+            if names != vector.numel():
+                raise InputError(f"{self.name}: {kind}: {names} names for {vector.numel()} expressions")
+        if len(self.unknowns) != len(self.residuals):
+            raise InputError(
+                f"{self.name}: {len(self.unknowns)} unknowns and {len(self.residuals)} residuals: not square"
+            )
+
+    # -- symbolic functions of the scaled unknowns ---------------------------------------------------------------
+
+    @cached_property
+    def _scale(self) -> np.ndarray:
+        return np.array([unknown.scale for unknown in self.unknowns])
+
+    @cached_property
+    def _graph(self) -> tuple[Any, Any, Any, Any]:
+        """Scaled unknowns z, parameters p, scaled residual and outputs as expressions of z and p."""
+        z = type(self.x).sym("z", len(self.unknowns))
+        weights = ca.DM([1.0 / residual.scale for residual in self.residuals])
+        r, y = ca.substitute([weights * self.r, self.y], [self.x], [ca.DM(self._scale) * z])
+        return z, self.p, r, y
+
+    @cached_property
+    def _residual(self) -> ca.Function:
+        z, p, r, _ = self._graph
+        return ca.Function("residual", [z, p], [r])
+
+    @cached_property
+    def _jacobian(self) -> ca.Function:
+        z, p, r, _ = self._graph
+        return ca.Function("jacobian", [z, p], [ca.densify(ca.jacobian(r, z))])
+
+    @cached_property
+    def _outputs(self) -> ca.Function:
+        z, p, _, y = self._graph
+        return ca.Function("outputs", [z, p], [y])
+
+    @cached_property
+    def _derivatives(self) -> ca.Function:
+        z, p, r, y = self._graph
+        blocks = [ca.jacobian(r, p), ca.jacobian(y, z), ca.jacobian(y, p)]
+        return ca.Function("derivatives", [z, p], [ca.densify(block) for block in blocks])
+
+    @cached_property
+    def _ipopt(self) -> ca.Function:
+        z, p, r, _ = self._graph
+        # A square system leaves the Hessian nothing to do: the quasi-Newton one costs no second derivatives.
+        options = ipopt_options(
+            hessian_approximation="limited-memory",
+            tol=TOLERANCE / 10,
+            constr_viol_tol=TOLERANCE / 10,
+            acceptable_iter=0,
+            max_iter=200,
+            nlp_scaling_method="none",
+        )
+        return ca.nlpsol(
+            "ipopt", "ipopt", {"x": z, "p": p, "f": ca.MX(0) if isinstance(z, ca.MX) else 0, "g": r}, options
+        )
+
+    @cached_property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds (n,) of the scaled unknowns."""
+        lower = np.array([unknown.lower for unknown in self.unknowns]) / self._scale
+        upper = np.array([unknown.upper for unknown in self.unknowns]) / self._scale
+        return lower, upper
+
+    # -- solving ---------------------------------------------------------------------------------------------------
+
+    def solve(
+        self,
+        parameters: Mapping[str, float],
+        guess: Solution | Mapping[str, float] | None = None,
+        *,
+        method: Literal["ipopt", "newton"] = "ipopt",
+        max_iterations: int = 60,
+    ) -> Solution:
+        """Solve the system at ``parameters`` (by name, SI units).
+
+        ``guess`` is a neighbouring :class:`Solution` (Newton then re-uses its factorisation), or unknowns by name.
+        The result is never raised away: test ``success``. Raises :class:`InputError` for a parameter that is missing,
+        unknown or not finite.
+        """
+        p = self.vector(parameters)
+        start = self._start(parameters, guess)
+        if method == "newton":
+            known = guess.factorisation if isinstance(guess, Solution) else None
+            result = newton(
+                lambda z: self._residual(z, p).full().ravel(),
+                lambda z: self._jacobian(z, p).full(),
+                start=start,
+                tolerance=TOLERANCE,
+                max_iterations=max_iterations,
+                factorisation=known,
+            )
+            return self._solution(p, result.root, result.status, result.iterations, result.factorisation)
+        if method == "ipopt":
+            lower, upper = self.bounds
+            answer = self._ipopt(x0=np.clip(start, lower, upper), p=p, lbx=lower, ubx=upper, lbg=0, ubg=0)
+            stats = self._ipopt.stats()
+            return self._solution(p, answer["x"].full().ravel(), ipopt_status(stats), stats["iter_count"], None)
+        raise InputError(f"{self.name}: method = {method!r}: 'ipopt' or 'newton'")
+
+    def vector(self, parameters: Mapping[str, float]) -> np.ndarray:
+        """Parameters by name as a vector (n_p,), each present and finite."""
+        names = [parameter.name for parameter in self.parameters]
+        for name in parameters:
+            if name not in names:
+                raise InputError(f"{self.name}: unknown parameter {name!r}: expected {', '.join(names)}")
+        for name in names:
+            if name not in parameters:
+                raise InputError(f"{self.name}: {name}: missing")
+            if not math.isfinite(parameters[name]):
+                raise InputError(f"{self.name}: {name} = {parameters[name]}: a finite number")
+        return np.array([float(parameters[name]) for name in names])
+
+    def _start(self, parameters: Mapping[str, float], guess: Solution | Mapping[str, float] | None) -> np.ndarray:
+        if isinstance(guess, Solution):
+            return guess.scaled.copy()
+        known = guess if guess is not None else self.guess(parameters) if self.guess else {}
+        start = np.array([known.get(unknown.name, unknown.start) for unknown in self.unknowns])
+        return start / self._scale
+
+    def _solution(
+        self, p: np.ndarray, z: np.ndarray, status: Status, iterations: int, factorisation: Factorisation | None
+    ) -> Solution:
+        r = self._residual(z, p).full().ravel()
+        norm = float(np.max(np.abs(r))) if np.all(np.isfinite(r)) else math.inf
+        if status is Status.CONVERGED and norm >= TOLERANCE:
+            status = Status.NO_PROGRESS
+        if status is not Status.CONVERGED and norm < TOLERANCE:
+            status = Status.CONVERGED
+        lower, upper = self.bounds
+        if status is Status.CONVERGED and (np.any(z < lower - 1e-6) or np.any(z > upper + 1e-6)):
+            status = Status.OUT_OF_BOUNDS
+        return Solution(
+            success=status is Status.CONVERGED,
+            status=status,
+            message=self._message(status, z, r, iterations),
+            values={unknown.name: float(value) for unknown, value in zip(self.unknowns, z * self._scale, strict=True)},
+            outputs=dict(
+                zip((out.name for out in self.outputs), self._outputs(z, p).full().ravel().tolist(), strict=True)
+            ),
+            parameters=dict(zip((par.name for par in self.parameters), p.tolist(), strict=True)),
+            residual_norm=norm,
+            iterations=int(iterations),
+            scaled=z,
+            factorisation=factorisation,
+        )
+
+    def _message(self, status: Status, z: np.ndarray, r: np.ndarray, iterations: int) -> str:
+        if status is Status.CONVERGED:
+            return f"{self.name}: converged in {iterations} iterations"
+        lower, upper = self.bounds
+        active = [
+            u.name
+            for u, v, lo, hi in zip(self.unknowns, z, lower, upper, strict=True)
+            if v <= lo + 1e-6 or v >= hi - 1e-6
+        ]
+        worst = int(np.argmax(np.where(np.isfinite(r), np.abs(r), np.inf)))
+        bound = f"; at or beyond its bound: {', '.join(active[:3])}" if active else ""
+        return (
+            f"{self.name}: {status} after {iterations} iterations; "
+            f"largest scaled residual {r[worst]:.2e} in {self.residuals[worst].name!r}{bound}"
+        )
+
+    # -- derivatives and embedding ---------------------------------------------------------------------------------
+
+    def sensitivities(self, solution: Solution) -> dict[str, dict[str, float]]:
+        """Exact d(output)/d(parameter) at a converged solution: ``result[output][parameter]``.
+
+        Implicit-function theorem: dy/dp = y_p - y_x r_x^-1 r_p. Raises :class:`InputError` for a failed solution.
+        """
+        if not solution.success:
+            raise InputError(f"{self.name}: no derivatives at a failed solution: {solution.message}")
+        p = self.vector(solution.parameters)
+        r_p, y_z, y_p = (block.full() for block in self._derivatives(solution.scaled, p))
+        total = y_p - y_z @ lu_solve(lu_factor(self._jacobian(solution.scaled, p).full()), r_p)
+        return {
+            output.name: {parameter.name: float(total[i, j]) for j, parameter in enumerate(self.parameters)}
+            for i, output in enumerate(self.outputs)
+        }
+
+    def function(self) -> ca.Function:
+        """CasADi Function (p, z0) -> (y, z, largest scaled residual) with a Newton root finder inside.
+
+        For embedding in other graphs; derivatives follow from the implicit-function theorem. The root finder does not
+        raise: the caller tests the third output.
+        """
+        options = {"abstol": TOLERANCE / 100, "max_iter": 60, "error_on_fail": False, "show_eval_warnings": False}
+        root = ca.rootfinder("root", "newton", self._residual, options)
+        p, z0 = ca.MX.sym("p", len(self.parameters)), ca.MX.sym("z0", len(self.unknowns))
+        z = root(z0, p)
+        return ca.Function(
+            self.name.replace(" ", "_"),
+            [p, z0],
+            [self._outputs(z, p), z, ca.norm_inf(self._residual(z, p))],
+            ["p", "z0"],
+            ["y", "z", "residual"],
+        )
+
+    def nlp_terms(self) -> tuple[Any, Any, Any, Any]:
+        """Scaled unknowns z, parameters p, scaled residual and outputs as expressions, to lift into a larger NLP.
+
+        The bounds of z are in ``bounds``.
+        """
+        return self._graph

@@ -1,0 +1,36 @@
+"""IPOPT as every part of the package calls it: quiet, with MUMPS, and with its status in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vrsopt.solvers.status import Status
+
+_WORDS = {
+    "Solve_Succeeded": Status.CONVERGED,
+    "Solved_To_Acceptable_Level": Status.CONVERGED,
+    "Feasible_Point_Found": Status.CONVERGED,
+    "Infeasible_Problem_Detected": Status.INFEASIBLE,
+    "Maximum_Iterations_Exceeded": Status.ITERATION_LIMIT,
+    "Maximum_CpuTime_Exceeded": Status.ITERATION_LIMIT,
+    "Search_Direction_Becomes_Too_Small": Status.NO_PROGRESS,
+    "Restoration_Failed": Status.INFEASIBLE,
+    "Invalid_Number_Detected": Status.NOT_FINITE,
+}
+
+
+def ipopt_options(**settings: Any) -> dict[str, Any]:
+    """Options for ``casadi.nlpsol``; ``settings`` are IPOPT's own names and win over the defaults here."""
+    defaults = {"print_level": 0, "sb": "yes", "linear_solver": "mumps"}
+    return {
+        "ipopt": {**defaults, **settings},
+        "print_time": False,
+        "error_on_fail": False,
+        "show_eval_warnings": False,
+        "record_time": False,
+    }
+
+
+def ipopt_status(stats: dict[str, Any]) -> Status:
+    """IPOPT's return status as :class:`Status`; anything unknown counts as no progress."""
+    return _WORDS.get(stats["return_status"], Status.NO_PROGRESS)
