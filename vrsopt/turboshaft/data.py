@@ -1,0 +1,155 @@
+"""The engine as data: design point, losses, map parameters and limits, each with unit and source, from TOML."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from vrsopt.errors import InputError
+from vrsopt.quantity import Record, Unit, read_toml, validated
+
+DEFAULT_ENGINE = "allison_250_c20b"
+
+Number = Annotated[float, Unit("-")]
+Positive = Annotated[float, Unit("-"), Field(gt=0)]
+Fraction = Annotated[float, Unit("-"), Field(ge=0, lt=0.5)]
+Efficiency = Annotated[float, Unit("-"), Field(ge=0.5, le=1)]
+Watt = Annotated[float, Unit("W"), Field(ge=0)]
+
+
+class DesignPointData(Record):
+    """Sea level static, ISA, both shafts at 100 %."""
+
+    power: Annotated[float, Unit("W"), Field(gt=0)]
+    sfc: Annotated[float, Unit("kg/kWh"), Field(gt=0)]
+    air_flow: Annotated[float, Unit("kg/s"), Field(gt=0)]
+    pressure_ratio: Annotated[float, Unit("-"), Field(gt=1.5, lt=30)]
+
+
+class IntakeData(Record):
+    """Intake: total-pressure loss."""
+
+    pressure_loss: Fraction
+
+
+class CompressorData(Record):
+    """Compressor: design efficiency and shape of the map (see :mod:`vrsopt.turboshaft.maps`)."""
+
+    efficiency: Efficiency
+    flow_speed_exponent: Positive
+    pressure_speed_exponent: Positive
+    flow_spread: Positive
+    flow_spread_exponent: Number
+    choke_sharpness: Positive
+    pressure_spread: Positive
+    efficiency_curvature: Number
+    efficiency_slope: Number
+    efficiency_beta_curvature: Number
+
+
+class CombustorData(Record):
+    """Combustor: fuel, combustion efficiency and its fall with pressure, pressure loss."""
+
+    heating_value: Annotated[float, Unit("J/kg"), Field(gt=0)]
+    efficiency: Annotated[float, Unit("-"), Field(ge=0.5, lt=1)]
+    loss_slope: Number
+    loss_curvature: Number
+    loss_ceiling: Annotated[float, Unit("-"), Field(gt=0, lt=1)]
+    pressure_loss: Fraction
+    co2_per_fuel: Annotated[float, Unit("kg/kg"), Field(gt=0)]
+
+
+class GasGeneratorTurbineData(Record):
+    """Gas-generator turbine and its shaft."""
+
+    efficiency: Efficiency
+    speed_curvature: Number
+    flow_exponent: Positive
+    cooling_fraction: Fraction
+    mechanical_efficiency: Efficiency
+    accessory_power: Watt
+
+
+class PowerTurbineData(Record):
+    """Power (free) turbine; its design efficiency follows from the design point."""
+
+    speed_curvature: Number
+    flow_exponent: Positive
+    mechanical_efficiency: Efficiency
+    duct_pressure_loss: Fraction
+
+
+class ExhaustData(Record):
+    """Exhaust: total-pressure loss of the design point."""
+
+    pressure_loss: Fraction
+
+
+class RatingsData(Record):
+    """Limits of the engine itself."""
+
+    take_off_power: Annotated[float, Unit("W"), Field(gt=0)]
+    inter_turbine_temperature_ratio: Annotated[float, Unit("-"), Field(ge=0.7, le=1.3)]
+    gas_generator_speed: Annotated[float, Unit("-"), Field(ge=0.8, le=1.3)]
+    idle_power_ratio: Annotated[float, Unit("-"), Field(ge=0, lt=0.5)]
+
+
+class VariantData(Record):
+    """Another value of one number of the engine: ``component.parameter`` becomes ``value``."""
+
+    component: str
+    parameter: str
+    value: Number
+
+
+class EngineData(Record):
+    """One turboshaft engine."""
+
+    name: str
+    sources: dict[str, str]
+    design_point: DesignPointData
+    intake: IntakeData
+    compressor: CompressorData
+    combustor: CombustorData
+    gas_generator_turbine: GasGeneratorTurbineData
+    power_turbine: PowerTurbineData
+    exhaust: ExhaustData
+    ratings: RatingsData
+    variants: dict[str, VariantData] = Field(default_factory=dict)
+
+    def changed(self, component: str, **values: float) -> EngineData:
+        """A copy with other numbers in one component; raises :class:`InputError` for an unknown one."""
+        part = getattr(self, component, None)
+        if not isinstance(part, Record):
+            raise InputError(f"{self.name}: unknown component {component!r}")
+        return self.model_copy(update={component: part.replaced(**values)})
+
+    def variant(self, name: str) -> EngineData:
+        """The engine with one named variant of the file applied; raises :class:`InputError` for an unknown name."""
+        if name not in self.variants:
+            known = ", ".join(self.variants) or "none"
+            raise InputError(f"{self.name}: variant = {name!r}: expected one of: {known}")
+        chosen = self.variants[name]
+        return self.changed(chosen.component, **{chosen.parameter: chosen.value})
+
+
+def load_engine(path_or_name: str | Path = DEFAULT_ENGINE) -> EngineData:
+    """The engine of a TOML file, or a shipped one by its name (``"allison_250_c20b"``).
+
+    Raises :class:`InputError` with one line that names the file, the field, its value and what is allowed.
+    """
+    text = str(path_or_name)
+    if text.endswith(".toml") or "/" in text or "\\" in text:
+        path = Path(text)
+        return validated(EngineData, read_toml(path), where=str(path))
+    folder = resources.files("vrsopt") / "data"
+    with resources.as_file(folder / f"{text}.toml") as path:
+        if not path.is_file():
+            raise InputError(f"engine = {text!r}: neither a shipped engine nor a path to a .toml file")
+        data: dict[str, Any] = read_toml(path)
+        if "design_point" not in data:
+            raise InputError(f"engine = {text!r}: not an engine file")
+    return validated(EngineData, data, where=f"{text}.toml")
