@@ -1,0 +1,120 @@
+"""NSGA-II (Deb, Pratap, Agarwal, Meyarivan 2002; pymoo) on rotor speed and twist, node by node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import Problem
+from pymoo.core.termination import Termination
+from pymoo.optimize import minimize
+from rich.progress import track
+
+from vrsopt.errors import InputError
+from vrsopt.schedule.batched import PointOptima, point_optima
+from vrsopt.schedule.path_model import PathModel
+
+POPULATION_PER_VARIABLE = 25  # as in the reference study
+
+
+@dataclass(frozen=True)
+class GeneticOptions:
+    """A node's search stops when over ``period`` generations its best fuel flow has fallen by less than ``tolerance`` of
+    itself, at the latest after ``most_generations``."""
+
+    seed: int = 1
+    tolerance: float = 1e-6
+    period: int = 15
+    most_generations: int = 200
+
+
+class _NodeProblem(Problem):
+    """Least fuel flow at one node, of the variables that are free."""
+
+    def __init__(self, model: PathModel, mass: float, box: np.ndarray) -> None:
+        self.model, self.mass, self.box = model, mass, box
+        self.free = box[1] > box[0]
+        super().__init__(
+            n_var=int(self.free.sum()),
+            n_obj=1,
+            n_ieq_constr=len(model.limit_names),
+            xl=box[0, self.free],
+            xu=box[1, self.free],
+        )
+
+    def point(self, x: np.ndarray) -> np.ndarray:
+        """Rotor speed and twist (k, 2) of candidates (k, n_var)."""
+        both = np.broadcast_to(self.box[0], (len(x), 2)).copy()
+        both[:, self.free] = x
+        return both
+
+    def _evaluate(self, x: np.ndarray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        both = self.point(x)
+        values = self.model.evaluate(np.array([[self.mass]]), both[None, :, 0], both[None, :, 1])
+        out["F"] = values.fuel_flow[0][:, None]
+        out["G"] = values.limits[:, 0, :].T
+
+
+class _Settled(Termination):
+    """Stop when the best point has not improved noticeably for a while."""
+
+    def __init__(self, options: GeneticOptions) -> None:
+        super().__init__()
+        self.options = options
+        self.history: list[tuple[float, float]] = []
+
+    def _update(self, algorithm: Any) -> float:
+        best = algorithm.opt[0]
+        self.history.append((float(best.CV[0]), float(best.F[0])))
+        if len(self.history) >= self.options.most_generations:
+            return 1.0
+        if len(self.history) <= self.options.period:
+            return 0.0
+        (old_breach, old_fuel), (breach, fuel) = self.history[-1 - self.options.period], self.history[-1]
+        settled = old_breach == breach and old_fuel - fuel <= self.options.tolerance * fuel
+        return 1.0 if settled else 0.0
+
+
+def genetic_minimum(
+    model: PathModel,
+    mass: np.ndarray,
+    *,
+    box: np.ndarray,
+    options: GeneticOptions | None = None,
+    workers: int = 1,
+    progress: bool = False,
+) -> tuple[PointOptima, np.ndarray]:
+    """NSGA-II at each node of ``model``: optima (N,) and the generations (N,) they took.
+
+    ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends is
+    held. Each node has its own seed, so the result does not depend on ``workers``, the number of processes.
+    """
+    options = options or GeneticOptions()
+    if not np.any(box[1] > box[0]):
+        raise InputError("pointwise schedule: variables: at least one of rotor speed and twist must be free")
+    chunks = np.array_split(np.arange(len(mass)), max(1, min(8 * workers, len(mass))))
+    jobs = (delayed(_search)(model.nodes(chunk), mass[chunk], box, options, chunk) for chunk in chunks)
+    parts: Iterable[np.ndarray] = Parallel(n_jobs=workers, return_as="generator")(jobs)
+    if progress:
+        parts = track(parts, total=len(chunks), description="pointwise")
+    found = np.concatenate(list(parts))
+    return point_optima(model, mass, found[:, :2]), found[:, 2].astype(int)
+
+
+def _search(
+    model: PathModel, mass: np.ndarray, box: np.ndarray, options: GeneticOptions, names: np.ndarray
+) -> np.ndarray:
+    """Rotor speed, twist and generations (n, 3) at the nodes of a chunk; ``names`` (n,) are their seeds."""
+    found = np.empty((len(mass), 3))
+    for k, name in enumerate(names):
+        problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box)
+        settled = _Settled(options)
+        algorithm = NSGA2(pop_size=POPULATION_PER_VARIABLE * problem.n_var)
+        result = minimize(problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False)
+        found[k, :2] = problem.point(np.atleast_2d(result.opt[0].X))[0]
+        found[k, 2] = len(settled.history)
+    return found

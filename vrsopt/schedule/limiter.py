@@ -1,0 +1,106 @@
+"""What an aircraft could fly of a schedule that ignores rates: a causal rate limiter, with look-ahead only if it must.
+
+The limiter follows its target as fast as the rates allow and knows of the future only where it has to be nominal again:
+in idle and at the end of the mission. Arriving late can break a limit (too slow a rotor when the climb begins); then
+the limiter is told the target of the next seconds, and the fewest seconds that break no limit are used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from vrsopt.schedule.refly import FlightGrid, Violation
+from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
+from vrsopt.solvers.status import Status
+
+LOOK_AHEADS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0)  # s, tried in this order
+CHECKED_LIMIT = 0.9 * ON_LIMIT  # the checks use the target's mass history; the flight's own differs by grams
+
+
+def rate_limited_schedule(
+    target: Schedule, grid: FlightGrid, *, takeoff_mass: float, settings: ScheduleSettings | None = None
+) -> Schedule:
+    """``target`` as it can be flown within the rates of ``settings``, at the nodes of ``grid``.
+
+    Nominal at both ends of the mission and in idle. Starts without look-ahead; if a limit breaks that, the shortest
+    look-ahead of LOOK_AHEADS that keeps all limits is used, with the highest, the shifted or the lowest rotor speed of
+    the time ahead. ``details["look_ahead"]`` [s] and the message report it. If none helps, the schedule without
+    look-ahead is returned with ``success`` false.
+    """
+    settings = settings or ScheduleSettings()
+    mass = grid.fly(target, takeoff_mass=takeoff_mass).mass
+    rotor_speed, twist = target.at(grid.segment, grid.time)
+    pinned = np.asarray(grid.conditions.idle).copy()
+    pinned[[0, -1]] = True
+
+    def follow(speed_target: np.ndarray, twist_target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return (
+            _follow(grid.time, speed_target, pinned, settings.nominal_rotor_speed, settings.rotor_speed_rate),
+            _follow(grid.time, twist_target, pinned, settings.nominal_twist, settings.twist_rate),
+        )
+
+    def broken(flown: tuple[np.ndarray, np.ndarray]) -> tuple[Violation, ...]:
+        limits = grid.flyable_limits(grid.evaluate(mass, *flown))
+        return grid.worst(limits, above=CHECKED_LIMIT)
+
+    causal = follow(rotor_speed, twist)
+    result = Schedule(f"{target.name}_rate_limited", grid.segment, grid.time, *causal, details={"look_ahead": 0.0})
+    violations = broken(causal)
+    if not violations:
+        return _judged(result, target, "")
+    for look_ahead, how, ahead in _ahead(grid.time, rotor_speed, twist):
+        flown = follow(*ahead)
+        if not broken(flown):
+            message = f"look-ahead of {look_ahead:g} s ({how}), because without it: {violations[0]}"
+            details = {"look_ahead": look_ahead}
+            result = replace(result, rotor_speed=flown[0], twist=flown[1], details=details)
+            return _judged(result, target, message)
+    message = f"no look-ahead up to {LOOK_AHEADS[-1]:g} s keeps the limits within the rates; without: {violations[0]}"
+    return replace(result, success=False, status=Status.INFEASIBLE, message=message)
+
+
+def _judged(result: Schedule, target: Schedule, message: str) -> Schedule:
+    """A limited schedule that keeps the limits succeeds even where its target, between its nodes, does not."""
+    if target.status is Status.CONVERGED or target.status is Status.INFEASIBLE:
+        return replace(result, message=message)
+    return replace(result, success=target.success, status=target.status, message=target.message)
+
+
+def _follow(
+    time: np.ndarray, target: np.ndarray, pinned: np.ndarray, nominal: float, rate: float | None
+) -> np.ndarray:
+    """Causal rate limiter (N,) that is nominal where ``pinned``, which it must be at both ends."""
+    target = np.where(pinned, nominal, target)
+    if rate is None:
+        return target
+    pins = np.flatnonzero(pinned)
+    next_pin = time[pins[np.searchsorted(pins, np.arange(len(time)))]]
+    reach = rate * (next_pin - time)  # how far from nominal it may still be and get back in time
+    wanted = np.clip(target, nominal - reach, nominal + reach)
+    step = rate * np.diff(time)
+    value = np.empty(len(time))
+    value[0] = nominal
+    for i in range(1, len(time)):
+        value[i] = min(max(wanted[i], value[i - 1] - step[i - 1]), value[i - 1] + step[i - 1])
+    return value
+
+
+def _ahead(
+    time: np.ndarray, rotor_speed: np.ndarray, twist: np.ndarray
+) -> Iterator[tuple[float, str, tuple[np.ndarray, np.ndarray]]]:
+    """Targets that anticipate: look-ahead [s], how, and rotor speed and twist (N,)."""
+    for look_ahead in LOOK_AHEADS:
+        end = np.searchsorted(time, time + look_ahead, side="right") - 1
+        shifted = twist[end]
+        yield look_ahead, "highest rotor speed ahead", (_window(rotor_speed, end, np.max), shifted)
+        yield look_ahead, "highest rotor speed ahead, twist as it comes", (_window(rotor_speed, end, np.max), twist)
+        yield look_ahead, "everything earlier", (rotor_speed[end], shifted)
+        yield look_ahead, "lowest rotor speed ahead", (_window(rotor_speed, end, np.min), shifted)
+
+
+def _window(values: np.ndarray, end: np.ndarray, choose: Callable[[np.ndarray], float]) -> np.ndarray:
+    """The chosen value (N,) of ``values`` between each node and its ``end`` node."""
+    return np.array([choose(values[i : stop + 1]) for i, stop in enumerate(end)])

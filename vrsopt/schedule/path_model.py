@@ -1,0 +1,59 @@
+"""What a schedule needs to know of the aircraft: powers, fuel flow and limits along given nodes.
+
+Speed, altitude, climb angle, load factor and temperature are known at every node; mass, rotor speed, twist and the rate
+of the rotor speed are free. A surrogate, the full physics or an analytic aircraft all take this form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from vrsopt.mission.profile import Conditions
+
+
+@dataclass(frozen=True)
+class PathValues:
+    """Outputs along the nodes, each of the broadcast shape of the arguments, (N,) or (N, k).
+
+    ``limits`` has shape (m, N) or (m, N, k), is normalised and not above zero where the aircraft is allowed to be:
+    0.01 is 1 % over the limit.
+    """
+
+    fuel_flow: np.ndarray  # kg/s, both engines
+    power_per_engine: np.ndarray  # W
+    limits: np.ndarray  # -
+
+
+class PathModel(Protocol):
+    """The aircraft along N nodes whose flight conditions are fixed."""
+
+    @property
+    def limit_names(self) -> tuple[str, ...]:
+        """Names of the m limits, in the order of ``PathValues.limits``."""
+        ...
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """Lower and upper end of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] inside which the model holds."""
+        ...
+
+    def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
+        """Values at all nodes; arguments [kg, rad/s, rad, rad/s2] broadcast to (N,), or to (N, k) for k candidates per node."""
+        ...
+
+    def nodes(self, index: np.ndarray) -> PathModel:
+        """The same aircraft at the nodes ``index`` (n,) only, able to travel to another process."""
+        ...
+
+    def function(self) -> tuple[Any, np.ndarray]:
+        """CasADi function f(mass, rotor_speed, twist, rotor_speed_rate, c) -> (fuel_flow, limits[m]) of one node, twice
+        differentiable, and the coefficients C (n_c, N): node k takes C[:, k]."""
+        ...
+
+
+PathModelFactory: TypeAlias = "Callable[[Conditions], PathModel]"

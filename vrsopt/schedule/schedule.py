@@ -1,0 +1,104 @@
+"""Rotor speed and twist over a mission, and the settings every way of scheduling them shares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from vrsopt.errors import InputError
+from vrsopt.solvers.status import Status
+
+NOMINAL_ROTOR_SPEED = 44.4  # rad/s
+NOMINAL_TWIST = math.radians(8.0)
+ON_LIMIT = 1e-3  # a normalised limit within this of zero counts as active, above it as broken
+
+Variables = Literal["both", "speed", "twist"]
+
+
+@dataclass(frozen=True)
+class ScheduleSettings:
+    """What a schedule may do. Rates of ``None`` are unlimited."""
+
+    nominal_rotor_speed: float = NOMINAL_ROTOR_SPEED  # rad/s
+    nominal_twist: float = NOMINAL_TWIST  # rad
+    rotor_speed_bounds: tuple[float, float] = (0.75 * NOMINAL_ROTOR_SPEED, 1.15 * NOMINAL_ROTOR_SPEED)  # rad/s
+    twist_bounds: tuple[float, float] = (math.radians(6.0), math.radians(16.0))  # rad
+    rotor_speed_rate: float | None = 0.01 * NOMINAL_ROTOR_SPEED  # rad/s2
+    twist_rate: float | None = math.radians(1.0)  # rad/s
+
+    def __post_init__(self) -> None:
+        for name, nominal, (low, high) in (
+            ("rotor_speed_bounds", self.nominal_rotor_speed, self.rotor_speed_bounds),
+            ("twist_bounds", self.nominal_twist, self.twist_bounds),
+        ):
+            if not low <= nominal <= high:
+                raise InputError(f"schedule settings: {name} = ({low:g}, {high:g}): must contain the nominal {nominal:g}")
+        for name, rate in (("rotor_speed_rate", self.rotor_speed_rate), ("twist_rate", self.twist_rate)):
+            if rate is not None and rate < 0.0:
+                raise InputError(f"schedule settings: {name} = {rate:g}: must not be negative")
+
+    def restricted(self, variables: Variables) -> ScheduleSettings:
+        """The same settings with only ``variables`` free; the other one is held at its nominal value."""
+        if variables == "speed":
+            return replace(self, twist_bounds=(self.nominal_twist, self.nominal_twist))
+        if variables == "twist":
+            return replace(self, rotor_speed_bounds=(self.nominal_rotor_speed, self.nominal_rotor_speed))
+        if variables != "both":
+            raise InputError(f"schedule settings: variables = {variables}: must be both, speed or twist")
+        return self
+
+    def box(self, bounds: Mapping[str, tuple[float, float]]) -> np.ndarray:
+        """Lower and upper (2, 2) rotor speed [rad/s] and twist [rad] allowed here and inside ``bounds`` of a path model."""
+        box = np.array([self.rotor_speed_bounds, self.twist_bounds]).T
+        for column, name in enumerate(("rotor_speed", "twist")):
+            low, high = bounds[name]
+            box[:, column] = max(box[0, column], low), min(box[1, column], high)
+            if box[0, column] > box[1, column]:
+                raise InputError(f"schedule settings: {name}_bounds: outside the range {low:g}..{high:g} of the model")
+        return box
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Rotor speed [rad/s] and twist [rad] at nodes (n,) ordered by segment and time [s].
+
+    Linear in time between the nodes of a segment; every segment has nodes at both its ends, so values may jump between
+    segments. A schedule without success is still the best that was found; ``message`` says what is wrong with it.
+    """
+
+    name: str
+    segment: np.ndarray
+    time: np.ndarray
+    rotor_speed: np.ndarray
+    twist: np.ndarray
+    success: bool = True
+    status: Status = Status.CONVERGED
+    message: str = ""
+    details: Mapping[str, float] = field(default_factory=dict)  # effort and settings of the method, for the record
+
+    def __post_init__(self) -> None:
+        order = np.lexsort((self.time, self.segment))
+        if not np.array_equal(order, np.arange(len(order))):
+            raise InputError(f"schedule {self.name}: time: nodes must be ordered by segment and time")
+        for name in ("segment", "rotor_speed", "twist"):
+            if getattr(self, name).shape != self.time.shape:
+                raise InputError(f"schedule {self.name}: {name}: must have the shape of time {self.time.shape}")
+
+    def at(self, segment: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotor speed and twist at pairs of segment index and time [s], arrays of one shape.
+
+        Raises InputError for a segment without nodes.
+        """
+        segment, time = np.broadcast_arrays(segment, time)
+        rotor_speed, twist = np.empty(time.shape), np.empty(time.shape)
+        for s in np.unique(segment):
+            here, known = segment == s, self.segment == s
+            if not known.any():
+                raise InputError(f"schedule {self.name}: segment = {s}: has no nodes")
+            rotor_speed[here] = np.interp(time[here], self.time[known], self.rotor_speed[known])
+            twist[here] = np.interp(time[here], self.time[known], self.twist[known])
+        return rotor_speed, twist
