@@ -78,7 +78,7 @@ class Record(BaseModel):
                 raise ValueError(f"{name}: {value}: outside its own range {list(origin.range)}")
         return self
 
-    def replaced(self, **changes: float) -> Any:
+    def replaced(self, **changes: Any) -> Any:
         """A copy with other values, validated again; the provenance is kept, without the range."""
         values = {name: getattr(self, name) for name in type(self).model_fields}
         unknown = sorted(set(changes) - set(values))

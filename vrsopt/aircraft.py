@@ -1,0 +1,233 @@
+"""Aircraft data: typed, validated, every number with unit and source; read from TOML."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from math import pi, radians
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from vrsopt.errors import InputError
+from vrsopt.quantity import Record, Unit, read_toml, validated
+from vrsopt.rotor.airfoil import Airfoil
+
+DATA = Path(__file__).parent / "data"
+
+Metres = Unit("m")
+SquareMetres = Unit("m2")
+Kilograms = Unit("kg")
+Ratio = Unit("-")
+Degrees = Unit("deg")
+Stations = Annotated[tuple[float, ...], Metres, Field(min_length=2)]
+
+
+class Blade(Record):
+    """Structure of a main-rotor blade at radial stations, linear between them; clamped at the first station."""
+
+    station: Stations
+    mass_per_length: Annotated[tuple[float, ...], Unit("kg/m")]
+    bending_stiffness_flap: Annotated[tuple[float, ...], Unit("N m2")]
+    structural_damping: Annotated[float, Ratio, Field(ge=0, le=0.1)]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> Blade:
+        for name in ("mass_per_length", "bending_stiffness_flap"):
+            values = getattr(self, name)
+            if len(values) != len(self.station):
+                raise ValueError(f"{name}: {len(values)} values: expected one for each of {len(self.station)} stations")
+            if min(values) <= 0:
+                raise ValueError(f"{name}: {min(values)}: must be positive")
+        if any(b <= a for a, b in zip(self.station[:-1], self.station[1:], strict=True)):
+            raise ValueError(f"station: {list(self.station)}: must increase")
+        return self
+
+
+class MainRotor(Record):
+    """Main rotor, counter-clockwise seen from above."""
+
+    blades: Annotated[int, Ratio, Field(ge=2, le=8)]
+    radius: Annotated[float, Metres, Field(gt=1, lt=20)]
+    chord: Annotated[float, Metres, Field(gt=0.05, lt=2)]
+    nominal_rotor_speed: Annotated[float, Unit("rad/s"), Field(gt=5, lt=150)]
+    built_in_twist: Annotated[float, Degrees, Field(ge=-25, le=5)]
+    root_cutout: Annotated[float, Ratio, Field(ge=0, lt=0.5)]
+    precone: Annotated[float, Degrees, Field(ge=-2, le=8)]
+    shaft_tilt_forward: Annotated[float, Degrees, Field(ge=-5, le=10)]
+    hub_height: Annotated[float, Metres, Field(gt=0, lt=5)]
+    hub_aft_of_cg: Annotated[float, Metres, Field(gt=-1, lt=1)]
+    flap_inertia: Annotated[float, Unit("kg m2"), Field(gt=1, lt=10000)]
+    section_drag_level: Annotated[float, Ratio, Field(gt=0.004, lt=0.03)]
+    induced_power_factor: Annotated[float, Ratio, Field(ge=1, le=1.5)]
+    download_fraction: Annotated[float, Ratio, Field(ge=0, lt=0.2)]
+    drive_train_inertia_fraction: Annotated[float, Ratio, Field(ge=0, lt=1)]
+    blade: Blade
+    section: Airfoil
+
+    @property
+    def twist(self) -> float:
+        """Nominal blade twist [rad], washout positive: the source counts the tip's pitch against the root's."""
+        return radians(-self.built_in_twist)
+
+    @property
+    def blade_area(self) -> float:
+        """Area of all blades [m2], extended to the centre."""
+        return self.blades * self.chord * self.radius
+
+    @property
+    def solidity(self) -> float:
+        """Blade area over disc area."""
+        return self.blade_area / (pi * self.radius**2)
+
+    @property
+    def polar_inertia(self) -> float:
+        """Polar inertia [kg m2] of the rotor with tail rotor and drive train, referred to the main-rotor shaft."""
+        return self.blades * self.flap_inertia * (1 + self.drive_train_inertia_fraction)
+
+
+class TailRotor(Record):
+    """Teetering tail rotor, pushing to the right."""
+
+    blades: Annotated[int, Ratio, Field(ge=2, le=8)]
+    radius: Annotated[float, Metres, Field(gt=0.3, lt=5)]
+    chord: Annotated[float, Metres, Field(gt=0.02, lt=1)]
+    speed_ratio: Annotated[float, Ratio, Field(gt=1, lt=15)]
+    root_cutout: Annotated[float, Ratio, Field(ge=0, lt=0.6)]
+    twist: Annotated[float, Degrees, Field(ge=-20, le=20)]
+    delta3: Annotated[float, Degrees, Field(ge=-60, le=60)]
+    behind_cg: Annotated[float, Metres, Field(gt=1, lt=20)]
+    above_cg: Annotated[float, Metres, Field(gt=-2, lt=5)]
+    induced_power_factor: Annotated[float, Ratio, Field(ge=1, le=1.5)]
+    fin_blockage: Annotated[float, Ratio, Field(gt=0.5, le=1)]
+
+    @property
+    def blade_area(self) -> float:
+        """Area of all blades [m2], extended to the centre."""
+        return self.blades * self.chord * self.radius
+
+
+class Surface(Record):
+    """A tail surface: area, place behind and above the centre of gravity, incidence and lift."""
+
+    area: Annotated[float, SquareMetres, Field(gt=0, lt=20)]
+    behind_cg: Annotated[float, Metres, Field(gt=0, lt=20)]
+    above_cg: Annotated[float, Metres, Field(gt=-3, lt=5)]
+    incidence: Annotated[float, Degrees, Field(ge=-20, le=20)]
+    lift_slope: Annotated[float, Unit("1/rad"), Field(gt=0.5, lt=7)]
+    largest_lift: Annotated[float, Ratio, Field(gt=0.3, lt=3)]
+    downwash_factor: Annotated[float, Ratio, Field(ge=0, le=3)]
+
+
+class Fuselage(Record):
+    """Fuselage forces as polynomials in the angle of attack (rad), at ``reference_speed`` and sea-level density."""
+
+    reference_speed: Annotated[float, Unit("m/s"), Field(gt=1, lt=100)]
+    force_x: Annotated[tuple[float, ...], Unit("N")]
+    force_z: Annotated[tuple[float, ...], Unit("N")]
+    moment_y: Annotated[tuple[float, ...], Unit("N m")]
+    validity: Annotated[float, Degrees, Field(gt=5, lt=90)]
+    parasite_area: Annotated[float, SquareMetres, Field(gt=0.1, lt=10)]
+
+
+class Loading(Record):
+    """Masses the aircraft may have."""
+
+    reference_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
+    smallest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
+    largest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
+    fuel_capacity: Annotated[float, Kilograms, Field(gt=1, lt=10000)]
+
+
+class Transmission(Record):
+    """Drive train between engines and rotors, and its limits."""
+
+    engines: Annotated[int, Ratio, Field(ge=1, le=3)]
+    efficiency: Annotated[float, Ratio, Field(gt=0.8, le=1)]
+    accessory_power: Annotated[float, Unit("kW"), Field(ge=0, lt=100)]
+    rated_power_per_engine: Annotated[float, Unit("kW"), Field(gt=10, lt=5000)]
+    one_engine_inoperative_power: Annotated[float, Unit("kW"), Field(gt=10, lt=5000)]
+
+
+class BladeLoadingLimit(Record):
+    """Largest thrust coefficient over solidity against advance ratio, and the margin a schedule keeps to it."""
+
+    advance_ratio: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
+    thrust_over_solidity: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
+    manoeuvre_margin: Annotated[float, Ratio, Field(ge=1, le=2)]
+    tail_thrust_over_solidity: Annotated[float, Ratio, Field(gt=0.05, lt=0.3)]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> BladeLoadingLimit:
+        if len(self.advance_ratio) != len(self.thrust_over_solidity):
+            raise ValueError("thrust_over_solidity: expected one value for each advance ratio")
+        return self
+
+
+class CalibratedVariant(Record):
+    """One way to meet the calibration points: the constants that were solved, the others at their sourced values."""
+
+    induced_power_factor: Annotated[float, Ratio, Field(gt=0.5, lt=2)]
+    section_drag_level: Annotated[float, Ratio, Field(gt=0.002, lt=0.03)]
+    parasite_area: Annotated[float, SquareMetres, Field(gt=0.1, lt=5)]
+
+
+class Aircraft(Record):
+    """A helicopter: everything the rotor, the airframe and the drive train are described by."""
+
+    name: str
+    engine: str
+    sources: dict[str, str]
+    main_rotor: MainRotor
+    tail_rotor: TailRotor
+    tailplane: Surface
+    fin: Surface
+    fuselage: Fuselage
+    loading: Loading
+    transmission: Transmission
+    blade_loading_limit: BladeLoadingLimit
+    variants: dict[str, CalibratedVariant] = Field(default_factory=dict)
+
+    _hash: int | None = PrivateAttr(default=None)
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(self.model_dump_json())
+        return self._hash
+
+    def variant(self, name: str) -> Aircraft:
+        """This aircraft with the other set of calibrated constants called ``name``."""
+        if name not in self.variants:
+            raise InputError(f"{self.name}: variant = {name!r}: one of {', '.join(sorted(self.variants)) or 'none'}")
+        other = self.variants[name]
+        rotor = self.main_rotor.replaced(
+            induced_power_factor=other.induced_power_factor, section_drag_level=other.section_drag_level
+        )
+        fuselage = self.fuselage.replaced(parasite_area=other.parasite_area)
+        return self.replaced(main_rotor=rotor, fuselage=fuselage)
+
+
+def load_aircraft(name: str | Path = "bo105") -> Aircraft:
+    """The aircraft called ``name`` (shipped with the package) or described in the TOML file of that path.
+
+    Raises :class:`InputError` with one line that names file and field when the data is missing, unknown or impossible.
+    """
+    return _load_aircraft(data_path(name))
+
+
+@cache
+def _load_aircraft(path: Path) -> Aircraft:
+    return validated(Aircraft, read_toml(path), where=path.name)
+
+
+def data_path(name: str | Path) -> Path:
+    """Path of a shipped data file given by its bare name, or of the user's own file."""
+    shipped = DATA / f"{name}.toml"
+    return shipped if shipped.is_file() else Path(name)
+
+
+def data_hash(aircraft: Aircraft | str | Path = "bo105") -> str:
+    """Short hash of the aircraft's content, to tell which data a result was made with."""
+    record = aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft)
+    return hashlib.sha256(record.model_dump_json().encode()).hexdigest()[:16]
