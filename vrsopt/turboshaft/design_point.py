@@ -1,4 +1,4 @@
-"""Sizing: the constants of the gas path from the engine's design point, in closed order without iteration over the cycle.
+"""Sizing: the constants of the gas path from the engine's design point, station by station.
 
 Power, consumption, air flow and pressure ratio are given; the heat balance then fixes every temperature, the
 gas-generator's shaft balance its turbine's expansion, and what is left of the pressure the power turbine's efficiency.

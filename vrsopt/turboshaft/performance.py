@@ -85,9 +85,9 @@ def engine(
     mach: float = 0.0,
     engine_data: EngineData | None = None,
 ) -> EngineResult:
-    """One engine at shaft power [W], power-turbine speed (ratio), pressure altitude [m], ISA offset [K] and Mach number.
+    """One engine at shaft power [W], power-turbine speed (ratio), pressure altitude [m], ISA offset [K], Mach number.
 
-    Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) with IPOPT and tests the engine's own limits: take-off
+    Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) by IPOPT and tests the engine's own limits: take-off
     rating, inter-turbine temperature, gas-generator speed. Raises :class:`InputError` for a value outside ``ALLOWED``.
     """
     data = engine_data if engine_data is not None else load_engine()
