@@ -114,7 +114,7 @@ def _search(
         problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box)
         settled = _Settled(options)
         algorithm = NSGA2(pop_size=POPULATION_PER_VARIABLE * problem.n_var)
-        result = minimize(problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False)
+        result = minimize(problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False, copy_termination=False)
         found[k, :2] = problem.point(np.atleast_2d(result.opt[0].X))[0]
         found[k, 2] = len(settled.history)
     return found

@@ -1,0 +1,285 @@
+"""The schedule of least fuel over the whole mission: one direct-collocation NLP with bounded rates.
+
+The transcription is in :mod:`vrsopt.schedule.transcription`; here are the bounds, the start, the solve and the verdict.
+The fuel it reports is the NLP's own; fuel that is compared comes from flying the schedule on the fine grid.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import casadi as ca
+import numpy as np
+from scipy import sparse
+
+from vrsopt.errors import InputError
+from vrsopt.schedule import transcription as tr
+from vrsopt.schedule.batched import batched_minimum
+from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
+from vrsopt.schedule.nominal import nominal_schedule
+from vrsopt.schedule.path_model import PathModelFactory
+from vrsopt.schedule.refly import Violation
+from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
+from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
+from vrsopt.solvers.status import Status
+
+if TYPE_CHECKING:
+    from vrsopt.mission.profile import Profile
+
+Ends = Literal["pinned", "free", "periodic"]
+TOLERANCE = 1e-7
+ACCEPTED_RESIDUAL = 1e-6  # largest scaled defect or limit of a solution that counts
+DEFECTS = ("fuel burned", "fuel burned at midpoints", "rotor speed rate", "twist rate")
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Solution of the whole-mission problem; N intervals, m limits.
+
+    Without success ``schedule`` is IPOPT's last iterate, ``message`` names what it could not meet.
+    """
+
+    schedule: Schedule
+    fuel: float  # kg, as the NLP integrates it
+    mass: np.ndarray  # kg at the nodes of ``schedule``
+    mesh: Mesh
+    mass_costate: np.ndarray  # (N,) kg of fuel still to be burned per kg more of mass, at the end of each interval
+    limit_multipliers: dict[str, np.ndarray]  # name -> (N,) largest multiplier of a limit in each interval
+    regularisation: float  # kg, what the penalty on the rates adds to the objective
+    max_residual: float  # scaled
+    iterations: int
+    build_s: float
+    solve_s: float
+    success: bool
+    status: Status
+    message: str
+
+
+class TrajectoryProblem:
+    """The NLP of a mission: built once, solved for any take-off mass."""
+
+    def __init__(
+        self,
+        profile: Profile,
+        make_path_model: PathModelFactory,
+        *,
+        settings: ScheduleSettings | None = None,
+        mesh: MeshOptions | None = None,
+        ends: Ends = "pinned",
+        regularisation: float = 1e-6,
+        max_iterations: int = 300,
+    ) -> None:
+        """``ends``: rotor speed and twist nominal at both ends of the mission, free, or equal to each other.
+
+        In idle they are nominal. A rate of ``None`` in ``settings`` lets the variable jump between segments.
+        ``regularisation`` is the weight, on fuel in units of 100 kg, of the mean square of the rates over their limits.
+        """
+        begin = clock.perf_counter()
+        if ends not in ("pinned", "free", "periodic"):
+            raise InputError(f"trajectory: ends = {ends}: must be pinned, free or periodic")
+        self.profile, self.settings, self.ends = profile, settings or ScheduleSettings(), ends
+        self.mesh = make_mesh(profile, mesh)
+        self._points()
+        self.model = make_path_model(profile.conditions(self._segment, self._time))
+        self._box = self.settings.box(self.model.bounds)
+        self._layout = tr.make_layout(self.mesh, self.settings, box=self._box, periodic=ends == "periodic")
+        function, coefficients = self.model.function()
+        node = tr.node_functions(function)
+        e_map = tr.input_map(self._layout)
+        defects, defect_weights = tr.defect_maps(self.mesh, self._layout, node.outputs)
+        self._choose_limits(node)
+        limit_weights = sparse.csc_matrix(
+            (np.ones(len(self._limit_rows)), (np.arange(len(self._limit_rows)), self._limit_rows)),
+            shape=(len(self._limit_rows), defect_weights.shape[1]),
+        )
+        constant = np.zeros((tr.INPUTS, tr.PARTS * len(self.mesh)))
+        constant[0] = np.repeat(self._mass_added, tr.PARTS)
+        self._weights = self._penalty(regularisation)
+        self._nlp = tr.assemble(
+            node,
+            input_matrix=e_map,
+            constant=constant,
+            linear=sparse.vstack([defects, sparse.csc_matrix((len(self._limit_rows), self._layout.size))]).tocsc(),
+            weights=sparse.vstack([defect_weights, limit_weights]).tocsc(),
+            final_fuel=int(self._layout.fuel[-1]),
+            penalty=self._weights,
+        )
+        self._coefficients = coefficients[:, self._evaluation.ravel()].ravel(order="F")
+        options = ipopt_options(tol=TOLERANCE, max_iter=max_iterations, nlp_scaling_method="none")
+        derivatives = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
+        self._solver = ca.nlpsol("trajectory", "ipopt", self._nlp.problem, {**options, **derivatives})
+        self.build_s = clock.perf_counter() - begin
+
+    def _points(self) -> None:
+        """Pairs of segment and time where the aircraft is needed: mesh nodes (doubled at edges) and midpoints."""
+        mesh = self.mesh
+        first = 2 * np.arange(len(mesh)) + mesh.segment
+        self._evaluation = np.column_stack([first, first + 1, first + 2])  # (N, 3) point of each evaluation
+        count = int(self._evaluation.max()) + 1
+        self._segment, self._time = np.empty(count, dtype=int), np.empty(count)
+        self._segment[self._evaluation] = mesh.segment[:, None]
+        self._time[self._evaluation] = np.column_stack([mesh.start, mesh.start + 0.5 * mesh.step, mesh.end])
+        self._mass_added = np.cumsum(self.profile.mass_changes)[mesh.segment]
+        idle = np.array([segment.kind == "idle" for segment in self.profile.segments])
+        self._idle = idle[mesh.segment]
+
+    def _penalty(self, regularisation: float) -> np.ndarray:
+        """Weights (n_x,) of the squared unknowns in the objective: only the rates have any."""
+        penalty = np.zeros(self._layout.size)
+        for control in self._layout.controls:
+            penalty[control.rate] = regularisation * self.mesh.step / self.mesh.step.sum()
+        return penalty
+
+    def _choose_limits(self, node: tr.NodeFunctions) -> None:
+        """Which outputs are constrained, as rows of y, and to which interval, part and limit each belongs.
+
+        Idle is left alone. At the end of an interval only limits that feel the rate are needed, except at the end of a
+        segment: the others are those of the next interval's start, and constraining them twice would be degenerate.
+        """
+        last = np.append(np.diff(self.mesh.segment) != 0, True)
+        wanted = np.ones((len(self.mesh), tr.PARTS, len(self.model.limit_names)), dtype=bool)
+        wanted[:, 2, :] = last[:, None] | node.depends_on_rate[None, :]
+        wanted &= ~self._idle[:, None, None]
+        interval, part, limit = np.nonzero(wanted)
+        self._limit_rows = node.outputs * (tr.PARTS * interval + part) + 1 + limit
+        self._limit_places = np.column_stack([interval, part, limit])
+
+    def _bounds(self, takeoff_mass: float) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of x for a take-off mass [kg]."""
+        layout = self._layout
+        lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
+        lightest, heaviest = self.model.bounds["mass"]
+        for index in (layout.fuel[:-1], layout.middle, layout.fuel[1:]):
+            unburned = takeoff_mass + self._mass_added
+            lower[index] = np.maximum(lower[index], (unburned - heaviest) / tr.FUEL_SCALE)
+            upper[index] = np.minimum(upper[index], (unburned - lightest) / tr.FUEL_SCALE)
+        if lower[0] > 0.0 or upper[0] < 0.0:
+            start = takeoff_mass + self._mass_added[0]
+            raise InputError(f"trajectory: takeoff_mass = {start:g} kg: must be {lightest:g} to {heaviest:g} kg")
+        lower[0] = upper[0] = 0.0
+        for control in layout.controls:
+            places = np.concatenate([control.start, control.end])
+            lower[places], upper[places] = np.array(control.bounds)[:, None] / control.scale
+            fixed = np.concatenate([control.start[self._idle], control.end[self._idle]])
+            if self.ends == "pinned":
+                fixed = np.append(fixed, [control.start[0], control.end[-1]])
+            lower[fixed] = upper[fixed] = control.nominal / control.scale
+            if control.rate_bound is not None:
+                bound = control.rate_bound / control.rate_scale
+                lower[control.rate], upper[control.rate] = -bound, bound
+        return lower, upper
+
+    def _start(self, schedule: Schedule, takeoff_mass: float, p: np.ndarray) -> np.ndarray:
+        """Start of the unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel."""
+        layout, mesh = self._layout, self.mesh
+        x = np.zeros(layout.size)
+        starts, ends = schedule.at(mesh.segment, mesh.start), schedule.at(mesh.segment, mesh.end)
+        for control, start, end in zip(layout.controls, starts, ends, strict=True):
+            x[control.end] = end / control.scale
+            x[control.start] = start / control.scale
+            slope = (x[control.end] - x[control.start]) * control.scale / mesh.step
+            bound = np.inf if control.rate_bound is None else control.rate_bound
+            x[control.rate] = np.clip(slope, -bound, bound) / control.rate_scale
+        for _ in range(3):
+            flow = np.array(self._nlp.values(x, p))[0].reshape(-1, tr.PARTS)
+            increments = mesh.step * (flow @ [1.0, 4.0, 1.0]) / 6.0 / tr.FUEL_SCALE
+            x[layout.fuel] = np.concatenate([[0.0], np.cumsum(increments)])
+            x[layout.middle] = 0.5 * (x[layout.fuel[:-1]] + x[layout.fuel[1:]])
+        return x
+
+    def solve(self, takeoff_mass: float, initial: Schedule | None = None) -> Trajectory:
+        """Least fuel from ``takeoff_mass`` [kg], started on the schedule ``initial`` (nominal if none is given).
+
+        Raises InputError for a take-off mass outside the bounds of the aircraft's model.
+        """
+        begin = clock.perf_counter()
+        lower, upper = self._bounds(takeoff_mass)
+        p = np.concatenate([[takeoff_mass], self._coefficients])
+        start = self._start(initial or nominal_schedule(self.profile, self.settings), takeoff_mass, p)
+        defects = 4 * len(self.mesh)
+        below = np.concatenate([np.zeros(defects), np.full(len(self._limit_rows), -np.inf)])
+        found = self._solver(x0=start, p=p, lbx=lower, ubx=upper, lbg=below, ubg=0.0)
+        x, g, multipliers = (np.array(found[name]).ravel() for name in ("x", "g", "lam_g"))
+        residual = float(max(np.max(np.abs(g[:defects])), np.max(g[defects:], initial=0.0)))
+        stats = self._solver.stats()
+        status = ipopt_status(stats)
+        success = status is Status.CONVERGED and residual <= ACCEPTED_RESIDUAL
+        message = f"optimal to {TOLERANCE:g}" if success else self._diagnosis(x, g, status, takeoff_mass)
+        places, limit_multipliers = self._limit_places, {}
+        for number, name in enumerate(self.model.limit_names):
+            of_limit = places[:, 2] == number
+            limit_multipliers[name] = np.zeros(len(self.mesh))
+            np.maximum.at(limit_multipliers[name], places[of_limit, 0], multipliers[defects:][of_limit])
+        schedule, mass = self._schedule(x, takeoff_mass, success, status, message)
+        return Trajectory(
+            schedule=schedule,
+            fuel=float(x[self._layout.fuel[-1]]) * tr.FUEL_SCALE,
+            mass=mass,
+            mesh=self.mesh,
+            mass_costate=1.0 + multipliers[: len(self.mesh)],
+            limit_multipliers=limit_multipliers,
+            regularisation=float(self._weights @ x**2) * tr.FUEL_SCALE,
+            max_residual=residual,
+            iterations=int(stats["iter_count"]),
+            build_s=self.build_s,
+            solve_s=clock.perf_counter() - begin,
+            success=success,
+            status=status,
+            message=message,
+        )
+
+    def _schedule(
+        self, x: np.ndarray, takeoff_mass: float, success: bool, status: Status, message: str
+    ) -> tuple[Schedule, np.ndarray]:
+        """Schedule of a solution at the mesh nodes, both ends of every segment included, and the mass [kg] there."""
+        at = np.column_stack([self._evaluation[:, 0], self._evaluation[:, 2]])
+        nodes = np.unique(at)
+        place = np.searchsorted(nodes, at)
+        values = np.empty((3, len(nodes)))
+        fuel = np.column_stack([x[self._layout.fuel[:-1]], x[self._layout.fuel[1:]]]) * tr.FUEL_SCALE
+        values[0, place] = takeoff_mass + self._mass_added[:, None] - fuel
+        for control in self._layout.controls:
+            values[control.row, place] = np.column_stack([x[control.start], x[control.end]]) * control.scale
+        schedule = Schedule(
+            name="trajectory",
+            segment=self._segment[nodes],
+            time=self._time[nodes],
+            rotor_speed=values[1],
+            twist=values[2],
+            success=success,
+            status=status,
+            message=message,
+        )
+        return schedule, values[0]
+
+    def _diagnosis(self, x: np.ndarray, g: np.ndarray, status: Status, takeoff_mass: float) -> str:
+        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach left."""
+        flying = np.flatnonzero(~self._idle)
+        middle = self._evaluation[flying, 1]
+        mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * x[self._layout.middle[flying]]
+        mass = np.clip(mass, *self.model.bounds["mass"])
+        optima = batched_minimum(self.model.nodes(middle), mass, box=self._box, refinements=6)
+        worst = int(np.argmax(optima.excess))
+        if optima.excess[worst] > ON_LIMIT:
+            limit = self.model.limit_names[optima.nearest_limit[worst]]
+            found = self._violation(limit, middle[worst], float(optima.excess[worst]))
+            return f"{status}: no rotor speed and twist meet the limits, at best {found}"
+        defects = 4 * len(self.mesh)
+        breach = np.concatenate([np.abs(g[:defects]), g[defects:]])
+        row = int(np.argmax(breach))
+        if breach[row] <= ACCEPTED_RESIDUAL:
+            return f"{status}: all limits and rates are met, but the fuel is not yet the least"
+        advice = "each time by itself has allowed points, so the rates or the fixed values at the ends and in idle are in the way"
+        if row < defects:
+            family, interval = divmod(row, len(self.mesh))
+            task = self.profile.segments[self.mesh.segment[interval]].task
+            return f"{status}: {DEFECTS[family]} not met at {self.mesh.start[interval]:.0f} s ({task}); {advice}"
+        interval, part, number = self._limit_places[row - defects]
+        found = self._violation(self.model.limit_names[number], self._evaluation[interval, part], float(breach[row]))
+        return f"{status}: {found}; {advice}"
+
+    def _violation(self, limit: str, point: int, excess: float) -> Violation:
+        task = self.profile.segments[self._segment[point]].task
+        return Violation(limit, task, float(self._time[point]), excess)
