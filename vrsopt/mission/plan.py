@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from vrsopt.errors import InputError
 from vrsopt.mission.pattern import creeping_line
-from vrsopt.mission.route import Arc, Leg, Path, Stay
+from vrsopt.mission.route import SHORTEST, Arc, Leg, Path, Stay
 from vrsopt.mission.segment import Segment
 from vrsopt.mission.tasks import MAX_ALTITUDE, Climb, Cruise, Descent, Hover, Idle, Search, Task, turn_load_factor
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 LIFT_OFF_HEIGHT = 5.0  # m, the most a hover may be above the ground when an idle task comes before or after it
 SAME_HEIGHT = 1e-6  # m
-SHORTEST = 1e-6  # m, a shorter piece of the way is left out
 
 
 def segments_of(mission: Mission) -> tuple[Segment, ...]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from geographiclib.geodesic import Geodesic
 
 WGS84 = Geodesic.WGS84
+SHORTEST = 1e-6  # m, a shorter piece of a way is left out
 
 
 class Point(NamedTuple):
