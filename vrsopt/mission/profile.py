@@ -181,10 +181,9 @@ class Profile:
         wrong = (index < 0) | (index >= len(self.segments))
         if wrong.any():
             raise InputError(f"profile: segment = {index[wrong][0]}: allowed: 0 to {len(self.segments) - 1}")
-        start, duration = self._of_segments("start")[index], self._of_segments("duration")[index]
-        outside = ~((at >= start - SAME_TIME) & (at <= start + duration + SAME_TIME))
+        start, end = self._of_segments("start")[index], self._of_segments("end")[index]
+        outside = ~((at >= start - SAME_TIME) & (at <= end + SAME_TIME))
         if outside.any():
-            low, high = start[outside][0], (start + duration)[outside][0]
-            number = index[outside][0]
+            number, low, high = index[outside][0], start[outside][0], end[outside][0]
             raise InputError(f"profile: time = {at[outside][0]}: allowed in segment {number}: {low:g} to {high:g} s")
-        return index, at, np.clip((at - start) / duration, 0.0, 1.0)
+        return index, at, np.clip((at - start) / (end - start), 0.0, 1.0)
