@@ -173,6 +173,13 @@ VARIANTS = [
     (("tasks", 8, "height_m"), 20, "tasks[8].height_m = 20.0: allowed here: 30, the height the aircraft has"),
     (("tasks", 8, "mass_change_kg"), -500, "tasks[8].mass_change_kg = -500.0: allowed: no more than is aboard, 145 kg"),
     (("tasks", 13, "mass_change_kg"), -400, "tasks[13].mass_change_kg = -400.0: allowed: no more than is aboard, 385"),
+    (("places", "brookside", "elevation_m"), 400, "tasks[10].to = 'brookside': allowed: a place no higher than 300 m"),
+    (
+        ("places", "search_area", "elevation_m"),
+        60,
+        "tasks[5].around = 'search_area': allowed: a place no higher than 5",
+    ),
+    (("places", "incident", "elevation_m"), 70, "tasks[3].to = 'incident': allowed: a place no higher than 50 m, the"),
     (("tasks", 6), DELETE, "tasks[6].kind = 'descent': allowed: only with a cruise that says where to"),
     (("tasks", 12), DELETE, "tasks[11].altitude_m: missing: needed unless a hover follows"),
     (("tasks", 6), {"kind": "hover", "duration_s": 9}, "tasks[6].kind = 'hover': allowed: at a place; a cruise to one"),

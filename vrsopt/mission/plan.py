@@ -123,6 +123,7 @@ class _Flight:
 
     def search(self, index: int, task: Search) -> None:
         altitude = self._airborne(index, "search")
+        self._above(f"tasks[{index}].around", task.around, altitude)
         pieces = creeping_line(self.point, self.mission.places[task.around].point, task)
         entry = pieces[0].length
         if entry >= task.speed_m_s * task.duration_s:
@@ -159,6 +160,8 @@ class _Flight:
         ends = []  # of each task: altitude, ground distance
         for i in range(first, last + 1):
             altitude, ground = self._steep(i, altitude, to=cruise.to) if i != index else (altitude, 0.0)
+            if i >= index:
+                self._above(f"tasks[{index}].to", cruise.to, altitude)
             ends.append((altitude, ground))
         steep = sum(ground for _, ground in ends)
         level = leg.length - steep
@@ -225,6 +228,15 @@ class _Flight:
         if self.altitude is None or self.segments[-1].kind == "idle":
             raise InputError(f"tasks[{index}].kind = {kind!r}: allowed: after a hover, not from the ground")
         return self.altitude
+
+    def _above(self, field: str, place: str, altitude: float) -> None:
+        """Refuse to fly below the ground of the place that ``field`` names."""
+        elevation = self.mission.places[place].elevation_m
+        if altitude < elevation:
+            raise InputError(
+                f"{field} = {place!r}: allowed: a place no higher than {altitude:g} m, the altitude flown there; "
+                f"its elevation is {elevation:g} m"
+            )
 
     def _at_place(self, index: int, kind: str) -> str:
         """The place where the aircraft is, which it has to be at."""

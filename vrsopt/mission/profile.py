@@ -11,7 +11,6 @@ from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vrsopt.errors import InputError
@@ -19,6 +18,8 @@ from vrsopt.mission.plan import segments_of
 from vrsopt.mission.segment import Segment
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from vrsopt.mission.file import Mission
 
 Array = NDArray[Any]
@@ -142,6 +143,8 @@ class Profile:
 
     def to_dataset(self, max_step: float = 60.0) -> xr.Dataset:
         """The profile on :meth:`grid` (dimension ``node``) and by segment (dimension ``segment``), with units."""
+        import xarray as xr  # takes longer to load than the rest of the package
+
         nodes = self.grid(max_step)
         latitude, longitude = self.positions(nodes.segment, nodes.time)
         series = {
