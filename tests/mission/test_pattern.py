@@ -86,12 +86,15 @@ def test_pattern_is_centred(bearing):
     assert distance(fifth.position(2000.0), CENTRE) < 2.0
 
 
-def test_search_begins_at_the_nearest_corner():
+def test_search_begins_at_the_nearest_corner_and_crosses_the_centre():
     task = search()
     for along, across in ((3000.0, 4000.0), (3000.0, -4000.0), (-3000.0, 4000.0), (-3000.0, -4000.0)):
-        corner = creeping_line(offset(CENTRE, 0.0, along=along, across=across), CENTRE, task)[1].position(0.0)
+        pieces = creeping_line(offset(CENTRE, 0.0, along=along, across=across), CENTRE, task)
+        corner = pieces[1].position(0.0)
         assert (corner.latitude_deg > CENTRE.latitude_deg) == (along > 0.0)
         assert (corner.longitude_deg > CENTRE.longitude_deg) == (across > 0.0)
+        first, second = [distance(track.position(2000.0), CENTRE) for track in tracks_of(pieces, task)[:2]]
+        assert first - second == pytest.approx(400.0, abs=0.1)  # it creeps toward the centre
 
 
 def test_a_pattern_out_of_reach_is_the_way_to_it_alone():
