@@ -97,8 +97,10 @@ class EngineTable:
     def _derivatives(self, table: Array, power: Array) -> tuple[Array, Array]:
         """First and second derivative (N, 2, k) with respect to power."""
         scale = 2.0 / (self._stretch[1] - self._stretch[0])
-        first = np.polynomial.chebyshev.chebder(table, 1, scl=scale, axis=2)
-        second = np.polynomial.chebyshev.chebder(table, 2, scl=scale, axis=2)
+        first, second = (
+            np.asarray(np.polynomial.chebyshev.chebder(table, order, scl=scale, axis=2), dtype=np.float64)
+            for order in (1, 2)
+        )
         rate = 1.0 / (power + self.power_shift)[:, None]
         by_log, bend = self._by_power(first, power), self._by_power(second, power)
         return by_log * rate, (bend - by_log) * rate**2

@@ -64,7 +64,8 @@ def gas_path(engine: EngineData, mode: Mode = "power") -> ResidualSystem:
 
     Parameters: ``demand`` (W, ratio or K by ``mode``), ``power_turbine_speed`` (ratio), ``altitude`` (m, pressure
     altitude), ``isa_offset`` (K), ``mach``, ``bleed_fraction`` (of the compressor's air), ``power_offtake`` (W, from
-    the gas generator). Combustion efficiency falls with combustor pressure, as the data file says. Built once per engine and mode. Raises :class:`InputError` for an unknown mode.
+    the gas generator). Combustion efficiency falls with combustor pressure, as the data file says. Built once per
+    engine and mode. Raises :class:`InputError` for an unknown mode.
     """
     if mode not in DEMAND_UNITS:
         raise InputError(f"{engine.name}: mode = {mode!r}: expected one of: {', '.join(DEMAND_UNITS)}")

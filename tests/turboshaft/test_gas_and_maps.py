@@ -1,0 +1,70 @@
+"""Gas properties against air tables and each other; component maps at and around the design point."""
+
+import numpy as np
+import pytest
+
+from vrsopt.turboshaft import gas, maps
+from vrsopt.turboshaft.data import load_engine
+
+TEMPERATURES = np.array([230.0, 300.0, 600.0, 1000.0, 1400.0, 1790.0])
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.02, 0.03])
+def test_enthalpy_and_entropy_are_integrals_of_the_heat_capacity(ratio):
+    step = 1e-2
+    high, low = TEMPERATURES + step, TEMPERATURES - step
+    slope = (gas.enthalpy(high, ratio) - gas.enthalpy(low, ratio)) / (2 * step)
+    assert slope == pytest.approx(gas.heat_capacity(TEMPERATURES, ratio), rel=1e-8)
+    slope = (gas.entropy_function(high, ratio) - gas.entropy_function(low, ratio)) / (2 * step)
+    assert slope * TEMPERATURES == pytest.approx(gas.heat_capacity(TEMPERATURES, ratio), rel=1e-8)
+
+
+def test_air_table():
+    # ideal-gas air, Moran & Shapiro table A-22: h and s0 between 300 and 1000, 300 and 1500 K
+    assert gas.enthalpy(1000.0) - gas.enthalpy(300.0) == pytest.approx(745.85e3, rel=1e-3)
+    assert gas.enthalpy(1500.0) - gas.enthalpy(300.0) == pytest.approx(1335.78e3, rel=1e-3)
+    assert gas.entropy_function(1000.0) - gas.entropy_function(300.0) == pytest.approx(1265.67, rel=1e-3)
+    assert gas.gas_constant() == pytest.approx(287.05, rel=1e-4)
+
+
+def test_products_of_kerosene_at_stoichiometric_ratio():
+    # CO2, H2O, N2, Ar of C12H23 burnt in air at 1000 K, from tabulated molar heat capacities (JANAF)
+    moles = {"CO2": (12.0, 54.308, 44.010), "H2O": (11.5, 41.268, 18.015), "N2": (66.15, 32.697, 28.013)}
+    moles["Ar"] = (0.79, 20.786, 39.948)
+    mass = sum(n * weight for n, _, weight in moles.values())
+    heat = sum(n * cp for n, cp, _ in moles.values()) / mass * 1e3
+    assert gas.heat_capacity(1000.0, gas.STOICHIOMETRIC_RATIO) == pytest.approx(heat, rel=2e-3)
+
+
+def test_maps_pass_through_the_design_point():
+    data = load_engine().compressor
+    flow, ratio, efficiency = maps.compressor_map(data, 1.0, 0.0, pressure_ratio=7.1)
+    assert (flow, ratio, efficiency) == (1.0, pytest.approx(7.1), data.efficiency)
+    assert maps.turbine_work(0.75, 1.0, 1.0) == 1.0
+    assert maps.turbine_efficiency(0.84, 0.55, 1.0, 1.0) == 0.84
+
+
+def test_speed_lines_choke_and_fall():
+    data = load_engine().compressor
+    beta = np.linspace(-1.0, 6.0, 50)
+    flow, ratio, _ = maps.compressor_map(data, 0.9, beta, pressure_ratio=7.1)
+    assert np.all(np.diff(flow.full().ravel()) > 0) and np.all(np.diff(ratio.full().ravel()) < 0)
+    ends = flow.full().ravel()
+    assert ends[-1] - ends[-2] < 0.01 * (ends[1] - ends[0])
+
+
+def test_turbine_work_is_efficiency_times_isentropic_work():
+    spouting, speed, curvature = 0.8, 1.1, 0.75
+    efficiency = float(maps.turbine_efficiency(1.0, curvature, speed, spouting**2))
+    assert maps.turbine_work(curvature, speed, spouting) == pytest.approx(efficiency * spouting**2, rel=1e-12)
+
+
+def test_combustion_efficiency_follows_the_carbon_monoxide_and_unburnt_fuel_of_foca():
+    # FOCA (2015): EI CO = 5660 S^-1.11, EI HC = 3819 S^-1.0801 g/kg over shaft horsepower S
+    data = load_engine().combustor
+    for power, pressure_ratio in ((313e3, 1.0), (207e3, 5.94 / 7.1), (75e3, 4.18 / 7.1)):
+        horsepower = power / 745.7
+        lost = 10.1 * 5660 * horsepower**-1.11 + 43.1 * 3819 * horsepower**-1.0801
+        assert maps.combustion_efficiency(data, pressure_ratio) == pytest.approx(1 - lost / 43.1e3, abs=0.004)
+    assert maps.combustion_efficiency(data, 1.0) == pytest.approx(data.efficiency, rel=1e-14)
+    assert maps.combustion_efficiency(data, 0.02) > 1.0 - 1.05 * data.loss_ceiling
