@@ -1,16 +1,17 @@
-"""An analytic helicopter and a bare mission profile, so that schedules are tested without surrogate and missions."""
+"""An analytic helicopter and hand-made profiles, so that schedules are tested without surrogate and mission files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 
+from vrsopt.mission.profile import Profile, Segment
+from vrsopt.mission.route import Point, Stay
 from vrsopt.schedule.path_model import PathValues
 
 GRAVITY, RADIUS, BLADE_AREA = 9.80665, 4.912, 5.305
@@ -40,7 +41,9 @@ class Aircraft:
         loading = thrust / (rho * BLADE_AREA * tip**2)
         drag = 0.0095 * (1 + 4e3 * loading**4) * (1 + 60.0 * (tip / 340.0) ** 12)
         profile = rho * BLADE_AREA * tip**3 * drag / 8 * (1 + 4.65 * (speed / tip) ** 2)
-        power = kappa * thrust * induced_velocity + profile + 0.5 * rho * 1.1 * speed**3 + mass * GRAVITY * speed * climb
+        power = (
+            kappa * thrust * induced_velocity + profile + 0.5 * rho * 1.1 * speed**3 + mass * GRAVITY * speed * climb
+        )
         shaft = power * 1.1 + 12e3 + self.inertia * omega * rate
         least = 20e3
         per_engine = (shaft / 2 + least + sqrt((shaft / 2 - least) ** 2 + 2e3**2)) / 2
@@ -82,43 +85,28 @@ class AnalyticModel:
         return ca.Function("node", [*x, c], [fuel_flow, ca.vertcat(*limits)]), self.coefficients
 
 
-class BareProfile:
-    """The part of a mission profile that schedules use."""
-
-    isa_offset = 0.0
-
-    def __init__(self, *tasks: dict[str, Any]) -> None:
-        time, altitude, segments = 0.0, tasks[0].get("altitude", 0.0), []
-        for task in tasks:
-            speed, climb = task.get("speed", 0.0), task.get("climb", 0.0)
-            end = altitude + task["duration"] * speed * np.sin(climb)
-            segments.append(
-                SimpleNamespace(
-                    task=task["task"], kind=task.get("kind", task["task"]), start=time, duration=task["duration"],
-                    speed=speed, climb_angle=climb, load_factor=task.get("load", 1.0),
-                    altitude_start=altitude, altitude_end=end, mass_change=task.get("mass_change", 0.0),
-                )
-            )  # fmt: skip
-            time, altitude = time + task["duration"], end
-        self.segments, self.duration = tuple(segments), time
-        self.edges = np.array([*(s.start for s in segments), time])
-        self.mass_changes = np.array([s.mass_change for s in segments])
-
-    def conditions(self, segment: Any, time: Any) -> SimpleNamespace:
-        segment, time = np.asarray(segment), np.asarray(time, dtype=float)
-        rows = np.array(
-            [(s.start, s.duration, s.speed, s.climb_angle, s.load_factor, s.altitude_start, s.altitude_end) for s in self.segments]
-        )  # fmt: skip
-        start, duration, speed, climb, load, low, high = rows[segment].T
-        idle = np.array([s.kind == "idle" for s in self.segments])[segment]
-        return SimpleNamespace(
-            segment=segment, time=time, speed=speed, climb_angle=climb, load_factor=load, idle=idle,
-            altitude=low + (high - low) * (time - start) / duration,
-        )  # fmt: skip
-
-    def grid(self, max_step: float) -> SimpleNamespace:
-        times = [np.linspace(s.start, s.start + s.duration, 1 + int(np.ceil(s.duration / max_step))) for s in self.segments]
-        return self.conditions(np.repeat(np.arange(len(times)), [len(t) for t in times]), np.concatenate(times))
+def build_profile(*tasks: dict[str, Any]) -> Profile:
+    """Profile of tasks given by ``task`` and ``duration``, and what differs from a hover at sea level."""
+    time, altitude, segments = 0.0, tasks[0].get("altitude", 0.0), []
+    for task in tasks:
+        speed, climb = task.get("speed", 0.0), task.get("climb", 0.0)
+        end = altitude + task["duration"] * speed * np.sin(climb)
+        segment = Segment(
+            task=task["task"],
+            kind=task.get("kind", task["task"]),
+            start=time,
+            duration=task["duration"],
+            speed=speed,
+            climb_angle=climb,
+            load_factor=task.get("load", 1.0),
+            altitude_start=altitude,
+            altitude_end=end,
+            mass_change=task.get("mass_change", 0.0),
+            path=Stay(Point(0.0, 0.0)),
+        )
+        segments.append(segment)
+        time, altitude = time + task["duration"], end
+    return Profile(tuple(segments))
 
 
 def maker(**settings: Any) -> Callable[[Any], AnalyticModel]:
@@ -140,15 +128,15 @@ def make_model() -> Callable[..., Callable[[Any], AnalyticModel]]:
 
 
 @pytest.fixture(scope="session")
-def make_profile() -> Callable[..., BareProfile]:
-    return BareProfile
+def make_profile() -> Callable[..., Profile]:
+    return build_profile
 
 
 @pytest.fixture(scope="session")
-def transport() -> BareProfile:
+def transport() -> Profile:
     """Two flights with a stop: idle, hover, climb, cruise, descent, pick-up."""
     climb = np.radians(7.12)
-    return BareProfile(
+    return build_profile(
         {"task": "idle", "duration": 60.0},
         {"task": "hover", "duration": 60.0},
         {"task": "climb", "duration": 80.0, "speed": 40.0, "climb": climb},
@@ -166,7 +154,7 @@ def transport() -> BareProfile:
 
 
 @pytest.fixture(scope="session")
-def search() -> BareProfile:
+def search() -> Profile:
     """A rescue mission: transits, 18 search legs of 114 s with turns of 18 s, a pick-up in the hover."""
     climb = np.radians(7.12)
     pattern: list[dict[str, Any]] = []
@@ -174,7 +162,7 @@ def search() -> BareProfile:
         pattern.append({"task": "search", "duration": 114.0, "speed": 35.0})
         if leg < 17:
             pattern.append({"task": "search", "duration": 18.0, "speed": 35.0, "load": 1.18})
-    return BareProfile(
+    return build_profile(
         {"task": "idle", "duration": 120.0},
         {"task": "hover", "duration": 60.0},
         {"task": "climb", "duration": 60.0, "speed": 40.0, "climb": climb},

@@ -43,19 +43,17 @@ def point_optima(model: PathModel, mass: np.ndarray, points: np.ndarray) -> Poin
 
 
 def _merit(model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """Merit (N, k) of k candidates per node, the least is the best: fuel flow [kg/s], or far above it outside a limit."""
+    """Merit (N, k) of k candidates per node, least is best: fuel flow [kg/s], or far above it outside a limit."""
     values = model.evaluate(mass[:, None], rotor_speed, twist)
     excess = np.max(values.limits, axis=0)
     return values.fuel_flow + np.where(excess > ALLOWED_BREACH, BREACH * (1.0 + excess), 0.0)
 
 
-def batched_minimum(
-    model: PathModel, mass: np.ndarray, *, box: np.ndarray, refinements: int = 14
-) -> PointOptima:
+def batched_minimum(model: PathModel, mass: np.ndarray, *, box: np.ndarray, refinements: int = 14) -> PointOptima:
     """Least fuel flow within the limits at each node of ``model``.
 
-    ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends is
-    held. The spacing is halved ``refinements`` times: 14 leaves 1e-6 of the box.
+    ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends
+    is held. The spacing is halved ``refinements`` times: 14 leaves 1e-6 of the box.
     """
     every = np.arange(len(mass))
     span = box[1] - box[0]
@@ -76,7 +74,13 @@ def batched_minimum(
 
 
 def rotor_speed_band(
-    model: PathModel, mass: np.ndarray, *, optima: PointOptima, box: np.ndarray, tolerance: float = 0.005, points: int = 81
+    model: PathModel,
+    mass: np.ndarray,
+    *,
+    optima: PointOptima,
+    box: np.ndarray,
+    tolerance: float = 0.005,
+    points: int = 81,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest allowed rotor speed (N,) [rad/s] whose fuel flow stays within ``tolerance`` of the optimum.
 

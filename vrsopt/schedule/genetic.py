@@ -23,8 +23,8 @@ POPULATION_PER_VARIABLE = 25  # as in the reference study
 
 @dataclass(frozen=True)
 class GeneticOptions:
-    """A node's search stops when over ``period`` generations its best fuel flow has fallen by less than ``tolerance`` of
-    itself, at the latest after ``most_generations``."""
+    """A node's search stops when its best fuel flow has fallen by less than ``tolerance`` of itself over ``period``
+    generations, at the latest after ``most_generations``."""
 
     seed: int = 1
     tolerance: float = 1e-6
@@ -90,8 +90,8 @@ def genetic_minimum(
 ) -> tuple[PointOptima, np.ndarray]:
     """NSGA-II at each node of ``model``: optima (N,) and the generations (N,) they took.
 
-    ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends is
-    held. Each node has its own seed, so the result does not depend on ``workers``, the number of processes.
+    ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends
+    is held. Each node has its own seed, so the result does not depend on ``workers``, the number of processes.
     """
     options = options or GeneticOptions()
     if not np.any(box[1] > box[0]):
@@ -114,7 +114,9 @@ def _search(
         problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box)
         settled = _Settled(options)
         algorithm = NSGA2(pop_size=POPULATION_PER_VARIABLE * problem.n_var)
-        result = minimize(problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False, copy_termination=False)
+        result = minimize(
+            problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False, copy_termination=False
+        )
         found[k, :2] = problem.point(np.atleast_2d(result.opt[0].X))[0]
         found[k, 2] = len(settled.history)
     return found

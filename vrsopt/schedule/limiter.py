@@ -69,9 +69,7 @@ def _judged(result: Schedule, target: Schedule, message: str) -> Schedule:
     return replace(result, success=target.success, status=target.status, message=target.message)
 
 
-def _follow(
-    time: np.ndarray, target: np.ndarray, pinned: np.ndarray, nominal: float, rate: float | None
-) -> np.ndarray:
+def _follow(time: np.ndarray, target: np.ndarray, pinned: np.ndarray, nominal: float, rate: float | None) -> np.ndarray:
     """Causal rate limiter (N,) that is nominal where ``pinned``, which it must be at both ends."""
     target = np.where(pinned, nominal, target)
     if rate is None:

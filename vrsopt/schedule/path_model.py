@@ -39,11 +39,11 @@ class PathModel(Protocol):
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """Lower and upper end of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] inside which the model holds."""
+        """Lower and upper ends of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] where the model holds."""
         ...
 
     def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
-        """Values at all nodes; arguments [kg, rad/s, rad, rad/s2] broadcast to (N,), or to (N, k) for k candidates per node."""
+        """Values at all nodes; arguments [kg, rad/s, rad, rad/s2] broadcast to (N,), or (N, k): k candidates each."""
         ...
 
     def nodes(self, index: np.ndarray) -> PathModel:

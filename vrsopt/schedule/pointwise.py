@@ -41,8 +41,8 @@ def pointwise_schedule(
     """Least fuel flow at each decision node, at most ``decision_step`` [s] apart and at both ends of every segment.
 
     The mass history burns the schedule's own fuel: two sweeps of batched optimum and flight, of which the second moves
-    the mass by grams only; NSGA-II then searches at that mass. The result does not depend on ``workers``. A node without
-    any allowed point, or one stopped by the cap on the generations, makes ``success`` false.
+    the mass by grams only; NSGA-II then searches at that mass. The result does not depend on ``workers``. A node
+    without any allowed point, or one stopped by the cap on the generations, makes ``success`` false.
     """
     settings = settings or ScheduleSettings()
     if method not in ("nsga2", "batched"):

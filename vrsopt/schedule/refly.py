@@ -1,8 +1,8 @@
 """Any schedule flown on one fine grid: the fuel of every comparison comes from here.
 
-The flown schedule is the given one sampled at the grid nodes and linear between them, so the rate of the rotor speed is
-constant over a step. Fuel flow is evaluated at both ends of each step with the rate of that step and integrated with the
-trapezoidal rule: jumps of the rate cost no accuracy and the rotor's kinetic energy is conserved exactly.
+The flown schedule is the given one sampled at the grid nodes and linear between them, so the rate of the rotor speed
+is constant over a step. Fuel flow is evaluated at both ends of each step with the rate of that step and integrated with
+the trapezoidal rule: jumps of the rate cost no accuracy and the rotor's kinetic energy is conserved exactly.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class FlightGrid:
         return np.flatnonzero(((self._all - first) % 2 == 0) | (self._all == last))
 
     def rates(self, values: np.ndarray, nodes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Rate of change (N, 2) before and after each node, zero across edges, and the step (n - 1,) after each node [s]."""
+        """Rate of change (N, 2) before and after each node, zero across edges, and the steps (n - 1,) [s]."""
         nodes = self._all if nodes is None else nodes
         inside = np.diff(self.segment[nodes]) == 0
         step = np.where(inside, np.diff(self.time[nodes]), 0.0)
@@ -134,26 +134,23 @@ class FlightGrid:
         return np.where(np.asarray(self.conditions.idle), -np.inf, np.max(values.limits, axis=-1))
 
     def fly(self, schedule: Schedule, *, takeoff_mass: float) -> Flight:
-        """Integrate dm/dt = -fuel_flow with the mission's mass changes, from ``takeoff_mass`` [kg] before the first segment.
+        """Integrate dm/dt = -fuel_flow with the mission's mass changes, from ``takeoff_mass`` [kg] before the first.
 
         Sweeps over the whole time line until the mass history is a fixed point to 1e-10 of the take-off mass. Where the
         aircraft's model gives no number the fuel is not a number either, and the message names the place.
         """
         rotor_speed, twist = schedule.at(self.segment, self.time)
         rate, step = self.rates(rotor_speed)
-        burned = np.zeros(len(self.time))
-        for sweep in range(1, MAX_SWEEPS + 1):
+        burned, change, sweeps = np.zeros(len(self.time)), np.inf, 0
+        while change > MASS_TOLERANCE * takeoff_mass and sweeps < MAX_SWEEPS:  # ends on a change that is no number too
+            sweeps += 1
             mass = self.mass_after(takeoff_mass, burned)
             values = self._evaluate(mass, rotor_speed, twist, rate)
             previous, burned = burned, self._burn(values.fuel_flow, self._all, step)
             change = float(np.max(np.abs(burned - previous)))
-            if not change > MASS_TOLERANCE * takeoff_mass:  # also where it is not a number
-                break
-        logger.debug("flown %s: %d sweeps, %.4f kg", schedule.name, sweep, burned[-1])
+        logger.debug("flown %s: %d sweeps, %.4f kg", schedule.name, sweeps, burned[-1])
         coarse_rate, coarse_step = self.rates(rotor_speed, self._coarse)
-        coarse = self._burn(
-            self._evaluate(mass, rotor_speed, twist, coarse_rate).fuel_flow, self._coarse, coarse_step
-        )
+        coarse = self._burn(self._evaluate(mass, rotor_speed, twist, coarse_rate).fuel_flow, self._coarse, coarse_step)
         limits = self.flyable_limits(values)
         violations = self.worst(limits)
         problem = self._problem(values, change, takeoff_mass) or "; ".join(str(violation) for violation in violations)
@@ -161,7 +158,7 @@ class FlightGrid:
             schedule=schedule,
             segment=self.segment,
             time=self.time,
-            mass=mass,
+            mass=self.mass_after(takeoff_mass, burned),
             rotor_speed=rotor_speed,
             twist=twist,
             fuel_flow=_mean_of_sides(values.fuel_flow, step),
@@ -173,7 +170,7 @@ class FlightGrid:
             max_twist_rate=self._max_rate(twist),
             time_on_limits=self._time_on_limits(limits, step),
             violations=violations,
-            sweeps=sweep,
+            sweeps=sweeps,
             success=not problem and schedule.success,
             message=problem or schedule.message,
         )

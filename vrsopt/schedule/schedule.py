@@ -36,7 +36,9 @@ class ScheduleSettings:
             ("twist_bounds", self.nominal_twist, self.twist_bounds),
         ):
             if not low <= nominal <= high:
-                raise InputError(f"schedule settings: {name} = ({low:g}, {high:g}): must contain the nominal {nominal:g}")
+                raise InputError(
+                    f"schedule settings: {name} = ({low:g}, {high:g}): must contain the nominal {nominal:g}"
+                )
         for name, rate in (("rotor_speed_rate", self.rotor_speed_rate), ("twist_rate", self.twist_rate)):
             if rate is not None and rate < 0.0:
                 raise InputError(f"schedule settings: {name} = {rate:g}: must not be negative")
@@ -52,7 +54,7 @@ class ScheduleSettings:
         return self
 
     def box(self, bounds: Mapping[str, tuple[float, float]]) -> np.ndarray:
-        """Lower and upper (2, 2) rotor speed [rad/s] and twist [rad] allowed here and inside ``bounds`` of a path model."""
+        """Lower and upper (2, 2) rotor speed [rad/s] and twist [rad]: these within ``bounds`` of a path model."""
         box = np.array([self.rotor_speed_bounds, self.twist_bounds]).T
         for column, name in enumerate(("rotor_speed", "twist")):
             low, high = bounds[name]

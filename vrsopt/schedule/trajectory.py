@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -108,7 +108,7 @@ class TrajectoryProblem:
         )
         self._coefficients = coefficients[:, self._evaluation.ravel()].ravel(order="F")
         options = ipopt_options(tol=TOLERANCE, max_iter=max_iterations, nlp_scaling_method="none")
-        derivatives = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
+        derivatives: dict[str, Any] = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
         self._solver = ca.nlpsol("trajectory", "ipopt", self._nlp.problem, {**options, **derivatives})
         self.build_s = clock.perf_counter() - begin
 
@@ -255,7 +255,7 @@ class TrajectoryProblem:
         return schedule, values[0]
 
     def _diagnosis(self, x: np.ndarray, g: np.ndarray, status: Status, takeoff_mass: float) -> str:
-        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach left."""
+        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach."""
         flying = np.flatnonzero(~self._idle)
         middle = self._evaluation[flying, 1]
         mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * x[self._layout.middle[flying]]
@@ -271,7 +271,9 @@ class TrajectoryProblem:
         row = int(np.argmax(breach))
         if breach[row] <= ACCEPTED_RESIDUAL:
             return f"{status}: all limits and rates are met, but the fuel is not yet the least"
-        advice = "each time by itself has allowed points, so the rates or the fixed values at the ends and in idle are in the way"
+        advice = (
+            "every time by itself has allowed points: the rates or the nominal values at ends and idle are in the way"
+        )
         if row < defects:
             family, interval = divmod(row, len(self.mesh))
             task = self.profile.segments[self.mesh.segment[interval]].task

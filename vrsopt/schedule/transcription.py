@@ -7,8 +7,8 @@ every interval, and everything else is linear:
 
     z = E x + e m0 + z0,     constraints g = A x + B y.
 
-So the Jacobian is A + B J E and the Hessian of the Lagrangian E' H E with block-diagonal J and H that come from the node
-function alone: exact, cheap to build and independent of the size of the mission.
+So the Jacobian is A + B J E and the Hessian of the Lagrangian E' H E, with block-diagonal J and H that come from the
+node function alone: exact, and cheap to build whatever the length of the mission.
 Mass is take-off mass minus fuel burned plus the mass changes so far, which makes mass events exact.
 Equations: D. G. Hull, Conversion of optimal control problems into parameter optimization problems (1997), separated
 Hermite-Simpson form.
@@ -17,6 +17,7 @@ Hermite-Simpson form.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -183,7 +184,7 @@ def node_functions(function: ca.Function) -> NodeFunctions:
 class Nlp:
     """The NLP as CasADi functions for ``nlpsol``, and the values y (outputs, 3N) of all evaluations."""
 
-    problem: dict[str, ca.MX]
+    problem: dict[str, Any]
     jacobian: ca.Function
     hessian: ca.Function
     values: ca.Function

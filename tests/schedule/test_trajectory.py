@@ -1,0 +1,192 @@
+"""The whole-mission problem: accuracy, limiting cases, rates, and what it says when there is no solution."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from vrsopt.errors import InputError
+from vrsopt.schedule.limiter import rate_limited_schedule
+from vrsopt.schedule.mesh import MeshOptions, graded_steps, make_mesh
+from vrsopt.schedule.pointwise import pointwise_schedule
+from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.schedule import ScheduleSettings
+from vrsopt.schedule.trajectory import TrajectoryProblem
+from vrsopt.solvers.status import Status
+
+SETTINGS = ScheduleSettings()
+FREE_RATES = ScheduleSettings(rotor_speed_rate=None, twist_rate=None)
+
+
+def test_mesh_has_the_task_edges_and_small_steps_at_them(search):
+    mesh = make_mesh(search)
+    assert 200 <= len(mesh) <= 400
+    np.testing.assert_allclose(mesh.end[:-1], mesh.start[1:], rtol=0, atol=1e-9)
+    assert set(np.round(search.edges[:-1], 6)) <= set(np.round(mesh.start, 6))
+    assert mesh.step.max() <= 60.0
+    first = np.flatnonzero(np.diff(mesh.segment)) + 1
+    assert mesh.step[first].max() < 4.0
+    growth = mesh.step[1:] / mesh.step[:-1]
+    assert growth[np.diff(mesh.segment) == 0].max() <= 2.0 + 1e-9
+
+
+def test_steps_grow_only_from_the_edges_where_conditions_jump():
+    steps = graded_steps(600.0, MeshOptions(), small_at=(True, False))
+    assert steps.sum() == pytest.approx(600.0)
+    assert steps[0] < 2.0 + 1e-9 and np.all(np.diff(steps) > -1e-9)
+    assert np.ptp(graded_steps(600.0, MeshOptions(), small_at=(False, False))) < 1e-9
+    with pytest.raises(InputError, match="growth"):
+        MeshOptions(growth=1.0)
+
+
+def test_derivatives_of_the_nlp_are_those_of_automatic_differentiation(transport, make_model):
+    problem = TrajectoryProblem(transport, make_model(), mesh=MeshOptions(most_intervals=30))
+    nlp = problem._nlp
+    rng = np.random.default_rng(5)
+    lower, upper = problem._bounds(2150.0)
+    x = np.clip(rng.normal(0.9, 0.05, len(lower)), lower, np.maximum(upper, lower))
+    p = np.concatenate([[2150.0], problem._coefficients])
+    f, g = nlp.problem["f"], nlp.problem["g"]
+    lam_g = rng.normal(size=g.numel())
+    symbols = nlp.problem["x"], nlp.problem["p"]
+    jacobian = ca.Function("j", symbols, [ca.jacobian(g, symbols[0])])(x, p)
+    lagrangian = 0.7 * f + ca.dot(ca.DM(lam_g), g)
+    hessian = ca.Function("h", symbols, [ca.triu(ca.hessian(lagrangian, symbols[0])[0])])(x, p)
+    np.testing.assert_allclose(np.array(nlp.jacobian(x, p)[1]), np.array(jacobian), atol=1e-11)
+    np.testing.assert_allclose(np.array(nlp.hessian(x, p, 0.7, lam_g)), np.array(hessian), atol=1e-9)
+
+
+def test_hermite_simpson_is_of_fourth_order(make_profile, make_model):
+    """Fuel flow proportional to mass: the mass decays exponentially."""
+    rate, duration = 6e-5, 9000.0
+    profile = make_profile({"task": "cruise", "duration": duration, "speed": 40.0})
+    exact = 2450.0 * (1 - np.exp(-rate * duration))
+    error = []
+    for intervals in (2, 4, 8):
+        step = duration / intervals
+        mesh = MeshOptions(first_step=step, largest_step=step)
+        solution = TrajectoryProblem(profile, make_model(constant_fuel=rate, blade_loading_limit=1.0), mesh=mesh).solve(
+            2450.0
+        )
+        assert solution.success and len(solution.mesh) == intervals
+        error.append(abs(solution.fuel - exact))
+    order = np.log2(np.array(error[:-1]) / np.array(error[1:]))
+    assert np.all(order > 3.7) and np.all(order < 4.4)
+
+
+@pytest.mark.parametrize("limit", [0.2, 0.1])
+def test_without_rates_and_inertia_it_is_the_pointwise_optimum(transport, make_model, limit):
+    model = make_model(inertia=0.0, blade_loading_limit=limit)
+    grid = FlightGrid(transport, model)
+    pointwise = grid.fly(
+        pointwise_schedule(transport, model, takeoff_mass=2150.0, method="batched"), takeoff_mass=2150.0
+    )
+    solution = TrajectoryProblem(transport, model, settings=FREE_RATES, ends="free").solve(2150.0)
+    flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
+    assert solution.success and flight.success, flight.message
+    assert flight.fuel == pytest.approx(pointwise.fuel, rel=5e-4)
+    assert flight.max_rotor_speed_rate == np.inf
+
+
+def test_at_rate_zero_the_schedule_is_constant(transport, make_model):
+    still = ScheduleSettings(rotor_speed_rate=0.0, twist_rate=0.0)
+    solution = TrajectoryProblem(transport, make_model(), settings=still).solve(2150.0)
+    assert solution.success
+    np.testing.assert_allclose(solution.schedule.rotor_speed, SETTINGS.nominal_rotor_speed, rtol=1e-7)
+    np.testing.assert_allclose(solution.schedule.twist, SETTINGS.nominal_twist, rtol=1e-7)
+
+
+@pytest.fixture(scope="module")
+def solved(search, make_model):
+    problem = TrajectoryProblem(search, make_model())
+    start = pointwise_schedule(search, make_model(), takeoff_mass=2150.0, method="batched")
+    return problem, start, problem.solve(2150.0, start)
+
+
+def test_search_mission_keeps_rates_and_beats_the_limited_pointwise_schedule(search, make_model, solved):
+    _, start, solution = solved
+    assert solution.success and solution.iterations <= 60, solution.message
+    grid = FlightGrid(search, make_model())
+    flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
+    limited = grid.fly(rate_limited_schedule(start, grid, takeoff_mass=2150.0), takeoff_mass=2150.0)
+    assert flight.success and limited.success, (flight.message, limited.message)
+    assert flight.max_rotor_speed_rate <= SETTINGS.rotor_speed_rate * (1 + 1e-6)
+    assert flight.max_twist_rate <= SETTINGS.twist_rate * (1 + 1e-6)
+    assert flight.fuel <= limited.fuel * (1 + 2e-4)
+    assert abs(solution.fuel / flight.fuel - 1) < 1e-4
+    assert solution.regularisation < 1e-5 * solution.fuel
+    assert np.all(flight.rotor_speed[grid.conditions.idle] == pytest.approx(SETTINGS.nominal_rotor_speed, rel=1e-9))
+
+
+def test_mass_events_conserve_mass(search, solved):
+    _, _, solution = solved
+    edge = np.flatnonzero(np.diff(solution.schedule.segment))
+    np.testing.assert_allclose(
+        solution.mass[edge + 1] - solution.mass[edge], search.mass_changes[1:], rtol=0, atol=1e-9
+    )
+    assert solution.mass[-1] == pytest.approx(2150.0 - solution.fuel + search.mass_changes.sum(), abs=1e-9)
+
+
+def test_costate_of_mass_is_the_fuel_that_a_kilogram_costs(solved):
+    problem, start, solution = solved
+    heavier = problem.solve(2151.0, start)
+    assert solution.mass_costate[0] == pytest.approx(heavier.fuel - solution.fuel, rel=0.02)
+    assert solution.mass_costate[-1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_multipliers_are_positive_only_where_a_limit_is_active(search, make_model, solved):
+    _, _, solution = solved
+    grid = FlightGrid(search, make_model())
+    flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
+    active = solution.limit_multipliers["blade loading"] > 1e-6
+    assert 0.3 < solution.mesh.step[active].sum() / search.duration < 1.0
+    for begin, end in zip(solution.mesh.start[active], solution.mesh.end[active], strict=True):
+        during = (flight.time > begin - 0.6) & (flight.time < end + 0.6)
+        assert flight.limits[0, during].max() > -5e-3
+    assert np.all(solution.limit_multipliers["torque"] < 1e-4)
+
+
+def test_one_variable_alone_saves_less_than_both(transport, make_model):
+    fuel = {
+        variables: TrajectoryProblem(transport, make_model(), settings=SETTINGS.restricted(variables)).solve(2150.0)
+        for variables in ("both", "speed", "twist")
+    }
+    assert all(solution.success for solution in fuel.values())
+    assert fuel["both"].fuel < min(fuel["speed"].fuel, fuel["twist"].fuel)
+    np.testing.assert_allclose(fuel["speed"].schedule.twist, SETTINGS.nominal_twist, rtol=1e-9)
+
+
+def test_periodic_ends_meet_and_need_no_more_fuel_than_pinned_ones(make_profile, make_model):
+    profile = make_profile(
+        {"task": "cruise", "duration": 200.0, "speed": 50.0}, {"task": "loiter", "duration": 200.0, "speed": 30.0}
+    )
+    pinned, periodic, free = (
+        TrajectoryProblem(profile, make_model(), ends=ends).solve(2000.0) for ends in ("pinned", "periodic", "free")
+    )
+    for values in (periodic.schedule.rotor_speed, periodic.schedule.twist):
+        assert values[0] == pytest.approx(values[-1], rel=1e-9)
+    assert pinned.schedule.rotor_speed[0] == pytest.approx(SETTINGS.nominal_rotor_speed)
+    assert free.fuel < periodic.fuel < pinned.fuel
+
+
+def test_no_solution_is_explained_by_the_limit_the_task_and_the_time(transport, make_model):
+    solution = TrajectoryProblem(transport, make_model(torque_limit=3500.0)).solve(2150.0)
+    assert not solution.success and not solution.schedule.success
+    assert "no rotor speed and twist meet the limits" in solution.message
+    assert "torque" in solution.message and "(hover)" in solution.message and " s " in solution.message
+
+
+def test_rates_in_the_way_are_told_from_limits_in_the_way(make_profile, make_model):
+    """Each instant could be flown, but not with the nominal rotor speed the ends ask for."""
+    profile = make_profile({"task": "cruise", "duration": 120.0, "speed": 40.0})
+    solution = TrajectoryProblem(profile, make_model(blade_loading_limit=0.066)).solve(2200.0)
+    assert not solution.success and solution.status is not Status.CONVERGED
+    assert "every time by itself has allowed points" in solution.message
+    assert "(cruise)" in solution.message
+
+
+def test_take_off_mass_outside_the_model_is_refused(transport, make_model):
+    problem = TrajectoryProblem(transport, make_model())
+    with pytest.raises(InputError, match="takeoff_mass = 2600 kg: must be 1400 to 2500 kg"):
+        problem.solve(2600.0)
+    with pytest.raises(InputError, match="ends = open"):
+        TrajectoryProblem(transport, make_model(), ends="open")
