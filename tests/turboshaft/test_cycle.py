@@ -10,6 +10,7 @@ from vrsopt.errors import InputError
 from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import gas_path, sized
 from vrsopt.turboshaft.data import load_engine
+from vrsopt.turboshaft.gas import enthalpy
 
 PLACE = {"power_turbine_speed": 1.0, "altitude": 0.0, "isa_offset": 0.0, "mach": 0.0}
 EXTRAS = {"bleed_fraction": 0.0, "power_offtake": 0.0}
@@ -59,8 +60,21 @@ def test_energy_balance_fixes_the_temperatures():
     design = sized(ENGINE)
     assert design.t4 == pytest.approx(1351.0, abs=15.0)
     assert design.t45 == pytest.approx(1110.0, abs=15.0)
-    # the same balance from outside: fuel heat = shaft power and losses + rise of the sensible enthalpy
     assert 0.75 < design.power_turbine_efficiency < 0.82
+
+
+@pytest.mark.parametrize("power", [30e3, 150e3, 313e3])
+def test_energy_is_conserved_from_outside(power):
+    """Heat and air in = exhaust + shaft power + what bearings, gear, accessories and offtake take."""
+    out = solved(power, altitude=1200.0, isa_offset=10.0, power_offtake=4e3)
+    air, fuel, ggt = out["air_flow"], out["fuel_flow"], ENGINE.gas_generator_turbine
+    inlet = enthalpy(standard_air(1200.0, 10.0).temperature)
+    compression = air * (enthalpy(out["compressor_exit_temperature"]) - inlet)
+    lost = compression * (1 / ggt.mechanical_efficiency - 1) + ggt.accessory_power * out["gas_generator_speed"] + 4e3
+    exhaust = (air + fuel) * enthalpy(out["exhaust_temperature"], fuel / air)
+    heat = fuel * out["combustion_efficiency"] * ENGINE.combustor.heating_value
+    shaft = power / ENGINE.power_turbine.mechanical_efficiency
+    assert exhaust + shaft + lost == pytest.approx(heat + air * inlet, rel=1e-6)
 
 
 @pytest.mark.parametrize(
