@@ -9,6 +9,7 @@ from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mesh import MeshOptions, graded_steps, make_mesh
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.resimulation import mesh_error, resimulation_error
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.solvers.status import Status
@@ -190,3 +191,16 @@ def test_take_off_mass_outside_the_model_is_refused(transport, make_model):
         problem.solve(2600.0)
     with pytest.raises(InputError, match="ends = open"):
         TrajectoryProblem(transport, make_model(), ends="open")
+
+
+def test_mesh_error_adds_up_to_the_difference_in_fuel_and_falls_on_a_finer_mesh(transport, make_model):
+    grid = FlightGrid(transport, make_model(), step=0.5)
+    largest = []
+    for options in (MeshOptions(first_step=20.0), MeshOptions(first_step=2.0)):
+        solution = TrajectoryProblem(transport, make_model(), mesh=options).solve(2150.0)
+        flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
+        error = mesh_error(solution, flight)
+        assert error.shape == (len(solution.mesh),)
+        assert error.sum() == pytest.approx(resimulation_error(solution, flight) * flight.fuel, abs=1e-6)
+        largest.append(np.abs(error).max())
+    assert largest[1] < 0.5 * largest[0]

@@ -206,7 +206,9 @@ class TrajectoryProblem:
         stats = self._solver.stats()
         status = ipopt_status(stats)
         success = status is Status.CONVERGED and residual <= ACCEPTED_RESIDUAL
-        message = f"optimal to {TOLERANCE:g}" if success else self._diagnosis(x, g, status, takeoff_mass)
+        message = f"optimal to {TOLERANCE:g}"
+        if not success:
+            status, message = self._diagnosis(start, g, status, takeoff_mass)
         places, limit_multipliers = self._limit_places, {}
         for number, name in enumerate(self.model.limit_names):
             of_limit = places[:, 2] == number
@@ -254,33 +256,39 @@ class TrajectoryProblem:
         )
         return schedule, values[0]
 
-    def _diagnosis(self, x: np.ndarray, g: np.ndarray, status: Status, takeoff_mass: float) -> str:
-        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach."""
+    def _diagnosis(self, start: np.ndarray, g: np.ndarray, status: Status, takeoff_mass: float) -> tuple[Status, str]:
+        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach.
+
+        The mass history is that of the ``start``: where IPOPT gave up the fuel need not mean anything.
+        """
         flying = np.flatnonzero(~self._idle)
         middle = self._evaluation[flying, 1]
-        mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * x[self._layout.middle[flying]]
+        mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * start[self._layout.middle[flying]]
         mass = np.clip(mass, *self.model.bounds["mass"])
         optima = batched_minimum(self.model.nodes(middle), mass, box=self._box, refinements=6)
         worst = int(np.argmax(optima.excess))
         if optima.excess[worst] > ON_LIMIT:
             limit = self.model.limit_names[optima.nearest_limit[worst]]
             found = self._violation(limit, middle[worst], float(optima.excess[worst]))
-            return f"{status}: no rotor speed and twist meet the limits, at best {found}"
+            return Status.INFEASIBLE, f"no rotor speed and twist meet the limits: at best {found}"
         defects = 4 * len(self.mesh)
         breach = np.concatenate([np.abs(g[:defects]), g[defects:]])
         row = int(np.argmax(breach))
+        words = "infeasible" if status is Status.INFEASIBLE else str(status)
         if breach[row] <= ACCEPTED_RESIDUAL:
-            return f"{status}: all limits and rates are met, but the fuel is not yet the least"
+            return status, f"{words}: all limits and rates are met, but the fuel is not yet the least"
         advice = (
             "every time by itself has allowed points: the rates or the nominal values at ends and idle are in the way"
         )
         if row < defects:
             family, interval = divmod(row, len(self.mesh))
             task = self.profile.segments[self.mesh.segment[interval]].task
-            return f"{status}: {DEFECTS[family]} not met at {self.mesh.start[interval]:.0f} s ({task}); {advice}"
-        interval, part, number = self._limit_places[row - defects]
-        found = self._violation(self.model.limit_names[number], self._evaluation[interval, part], float(breach[row]))
-        return f"{status}: {found}; {advice}"
+            where = f"{DEFECTS[family]} not met at {self.mesh.start[interval]:.0f} s ({task})"
+        else:
+            interval, part, number = self._limit_places[row - defects]
+            limit = self.model.limit_names[number]
+            where = str(self._violation(limit, self._evaluation[interval, part], float(breach[row])))
+        return status, f"{words}: {where}; {advice}"
 
     def _violation(self, limit: str, point: int, excess: float) -> Violation:
         task = self.profile.segments[self._segment[point]].task
