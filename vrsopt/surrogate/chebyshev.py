@@ -41,7 +41,8 @@ def transform(degree: int) -> Array:
     size = degree + 1
     angle = np.pi * (np.arange(size)[::-1] + 0.5) / size
     weights = np.where(np.arange(size) == 0, 1.0, 2.0) / size
-    return np.asarray(weights[:, None] * np.cos(np.outer(np.arange(size), angle)), dtype=np.float64)
+    cosines: Array = np.cos(np.outer(np.arange(size), angle))
+    return weights[:, None] * cosines
 
 
 def coefficients(values: Array, dimensions: int) -> Array:
@@ -58,7 +59,7 @@ def coefficients(values: Array, dimensions: int) -> Array:
 def basis(points: Array, lower: float, upper: float, degree: int) -> Array:
     """T_0 ... T_degree of one dimension at ``points`` (...): (..., degree + 1). Polynomials: valid outside the box."""
     t = 2.0 * (np.asarray(points, dtype=float) - lower) / (upper - lower) - 1.0
-    return np.polynomial.chebyshev.chebvander(t, degree)
+    return np.asarray(np.polynomial.chebyshev.chebvander(t, degree), dtype=np.float64)
 
 
 def evaluate(table: Array, points: Array, *, lower: ArrayLike, upper: ArrayLike, extrapolate: bool = False) -> Array:

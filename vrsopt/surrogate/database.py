@@ -207,7 +207,9 @@ class Database:
         rows = self._select(self._columns)
         columns = dict(zip(self._columns, zip(*rows, strict=True) if rows else [()] * len(self._columns), strict=True))
         kinds: dict[str, type] = {"point": int, "iterations": int, "status": str, "reason": str}
-        arrays = {name: ("point", np.array(values, dtype=kinds.get(name, float))) for name, values in columns.items()}
+        arrays: dict[str, Any] = {
+            name: ("point", np.array(values, dtype=kinds.get(name, float))) for name, values in columns.items()
+        }
         meta = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self.meta).items()}
         return xr.Dataset(
             {name: array for name, array in arrays.items() if name != "point"},
@@ -231,7 +233,8 @@ def _read_meta(path: Path, connection: sqlite3.Connection) -> DesignMeta:
         raise InputError(f"{path}: not a readable design of experiments: {error}") from None
     try:
         fields: dict[str, Any] = {key: json.loads(value) for key, value in pairs.items()}
-        meta = DesignMeta(**{key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()})
+        fields = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
+        meta = DesignMeta(**fields)
     except (TypeError, json.JSONDecodeError):
         raise InputError(f"{path}: not a design of experiments: its meta table is damaged") from None
     if columns != ["point", *meta.names, *meta.outputs, *EFFORT]:
