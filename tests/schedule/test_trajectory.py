@@ -194,9 +194,9 @@ def test_take_off_mass_outside_the_model_is_refused(transport, make_model):
 
 
 def test_mesh_error_adds_up_to_the_difference_in_fuel_and_falls_on_a_finer_mesh(transport, make_model):
-    grid = FlightGrid(transport, make_model(), step=0.5)
+    grid = FlightGrid(transport, make_model(), step=0.1)
     largest = []
-    for options in (MeshOptions(first_step=20.0), MeshOptions(first_step=2.0)):
+    for options in (MeshOptions(first_step=60.0), MeshOptions(first_step=2.0)):
         solution = TrajectoryProblem(transport, make_model(), mesh=options).solve(2150.0)
         flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
         error = mesh_error(solution, flight)
