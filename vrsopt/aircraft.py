@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from functools import cache
 from math import pi, radians
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -151,12 +152,12 @@ class Transmission(Record):
 
 
 class BladeLoadingLimit(Record):
-    """Largest thrust coefficient over solidity against advance ratio, and the margin a schedule keeps to it."""
+    """Largest thrust coefficient over solidity against advance ratio, of main and tail rotor alike, and the margin that
+    a schedule keeps to it with the main rotor."""
 
     advance_ratio: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
     thrust_over_solidity: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
     manoeuvre_margin: Annotated[float, Ratio, Field(ge=1, le=2)]
-    tail_thrust_over_solidity: Annotated[float, Ratio, Field(gt=0.05, lt=0.3)]
 
     @model_validator(mode="after")
     def _shapes(self) -> BladeLoadingLimit:
@@ -227,7 +228,17 @@ def data_path(name: str | Path) -> Path:
     return shipped if shipped.is_file() else Path(name)
 
 
-def data_hash(aircraft: Aircraft | str | Path = "bo105") -> str:
-    """Short hash of the aircraft's content, to tell which data a result was made with."""
-    record = aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft)
-    return hashlib.sha256(record.model_dump_json().encode()).hexdigest()[:16]
+def data_hash(*records: Record) -> str:
+    """Short hash of the numbers in records of data, to tell which data a result was made with.
+
+    Sources, notes, named variants and calibration points do not count.
+    """
+    silent = {"provenance", "sources", "variants", "calibration"}
+
+    def numbers(content: Any) -> Any:
+        if isinstance(content, dict):
+            return {key: numbers(value) for key, value in content.items() if key not in silent}
+        return content
+
+    text = json.dumps([numbers(record.model_dump(mode="json")) for record in records], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -38,3 +38,10 @@ def standard_air(altitude: Any, isa_offset: Any = 0.0) -> Air:
     density = pressure / (GAS_CONSTANT * temperature)
     speed_of_sound = (HEAT_CAPACITY_RATIO * GAS_CONSTANT * temperature) ** 0.5
     return Air(temperature, pressure, density, speed_of_sound)
+
+
+def density_altitude(altitude: Any, isa_offset: Any) -> Any:
+    """Altitude [m] of the standard day with the density found at a pressure altitude on a day with that ISA offset."""
+    ratio = standard_air(altitude, isa_offset).density / standard_air(0.0).density
+    exponent = GRAVITY / (GAS_CONSTANT * LAPSE_RATE) - 1
+    return SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1 - ratio ** (1 / exponent))

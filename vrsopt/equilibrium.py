@@ -20,7 +20,7 @@ from vrsopt.airframe import airframe_loads
 from vrsopt.atmosphere import GRAVITY, standard_air
 from vrsopt.residual import Named, ResidualSystem, Unknown
 from vrsopt.rotor.response import Discretisation, Response, RotorModel
-from vrsopt.rotor.tail_rotor import TailRotorLoads, symmetric_section, tail_rotor_loads
+from vrsopt.rotor.tail_rotor import TailRotorLoads, symmetric_section, tail_rotor_loads, without_stall
 
 FLIGHT_PARAMETERS = (
     Named("mass", "kg"),
@@ -63,8 +63,10 @@ def calibrated_constants(aircraft: Aircraft) -> dict[str, float]:
 class _Builder:
     """Collects the expressions of one trim system; the methods follow the order of the equations."""
 
-    def __init__(self, aircraft: Aircraft, discretisation: Discretisation) -> None:
+    def __init__(self, aircraft: Aircraft, discretisation: Discretisation, stalling_tail: bool) -> None:
         self.aircraft = aircraft
+        section = symmetric_section(aircraft.main_rotor.section)
+        self.tail_section = section if stalling_tail else without_stall(section)
         self.model = RotorModel(aircraft.main_rotor, discretisation)
         count, modes = self.model.coefficient_count, discretisation.flap_modes
         n_cos, n_sin = len(self.model.inflow.cosine), len(self.model.inflow.sine)
@@ -122,7 +124,7 @@ class _Builder:
         v, tail = self.value, self.aircraft.tail_rotor
         return tail_rotor_loads(
             tail,
-            symmetric_section(self.aircraft.main_rotor.section),
+            self.tail_section,
             collective=v["tail_collective"],
             inflow=v["tail_inflow"],
             teeter=(v["tail_teeter_cos"], v["tail_teeter_sin"]),
@@ -167,24 +169,33 @@ class _Builder:
         return {
             "main_rotor_power": ("W", response.loads.power),
             "tail_rotor_power": ("W", tail.power),
+            "induced_power": ("W", response.loads.induced_power),
+            "profile_power": ("W", response.loads.profile_power),
+            "propulsive_power": ("W", -ca.dot(response.loads.force, response.wind)),
             "thrust": ("N", thrust),
             "blade_loading": ("-", weight / pressure_area),
             "advance_ratio": ("-", response.advance_ratio),
             "figure_of_merit": ("-", ideal / response.loads.power),
             "tail_thrust": ("N", tail.thrust),
             "tail_blade_loading": ("-", tail.thrust_over_solidity),
+            "tail_advance_ratio": ("-", tail.advance_ratio),
             "mean_induced_velocity": ("m/s", response.mean_induced * tip_speed),
         }
 
 
 @cache
-def trim_system(aircraft: Aircraft, discretisation: Discretisation | None = None) -> ResidualSystem:
+def trim_system(
+    aircraft: Aircraft, discretisation: Discretisation | None = None, *, stalling_tail: bool = True
+) -> ResidualSystem:
     """The trim of ``aircraft`` as a :class:`ResidualSystem`.
+
+    With ``stalling_tail=False`` the tail rotor never stalls: such a trim tells how much thrust the tail rotor would
+    have to give where the real one can not.
 
     Parameters: FLIGHT_PARAMETERS and CALIBRATED_PARAMETERS. Outputs: powers [W], thrust [N], blade loading
     n m g / (rho A_b (Omega R)^2), advance ratio, figure of merit, tail-rotor thrust and loading.
     """
-    builder = _Builder(aircraft, discretisation or Discretisation())
+    builder = _Builder(aircraft, discretisation or Discretisation(), stalling_tail)
     velocity = builder.velocity()
     response, to_body = builder.rotor(velocity)
     tail = builder.tail_rotor()

@@ -61,7 +61,7 @@ class Solution:
     factorisation: Factorisation | None = field(repr=False, default=None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ResidualSystem:
     """A square system r(x, p) = 0 with outputs y(x, p).
 

@@ -38,11 +38,15 @@ class HubLoads:
     """Mean loads of the rotor on the hub, hub frame, and the power it takes; CasADi expressions.
 
     force: aft, right, up [N]; moment about the hub: about the aft, right and up axes [N m]; power [W].
+    induced_power: work of the lift against the induced velocity [W]. profile_power: drag of the sections times the
+    velocity they feel [W]. Shaft power = induced + profile - force . wind, up to the work of structural damping.
     """
 
     force: Any
     moment: Any
     power: Any
+    induced_power: Any
+    profile_power: Any
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,7 @@ class Response:
     flap_residual: Any  # (n_modes * n_coefficients,), N (generalised force)
     inflow_residual: Any  # (n_cosine + n_sine,), dimensionless
     loads: HubLoads
+    wind: Any  # air velocity relative to the hub, as given
     advance_ratio: Any
     mean_induced: Any  # mean induced velocity seen by the blades over tip speed
     skew: Any  # tan(chi / 2)
@@ -126,7 +131,7 @@ class RotorModel:
         pitch = ca.mtimes(column, collective + lateral_cyclic * ca.DM(cos).T + longitudinal_cyclic * ca.DM(sin).T)
         pitch -= twist * ca.mtimes(self.radius / R - 0.75, ones[None])
 
-        F_z, F_t, F_r = blade_loads(
+        F_z, F_t, F_r, dissipation = blade_loads(
             rotor.section,
             chord=rotor.chord,
             velocities=(U_T, U_P, wind_radial),
@@ -140,7 +145,8 @@ class RotorModel:
         return Response(
             flap_residual=self._flap_residual(flap, F_z, Omega),
             inflow_residual=self._inflow_residual(inflow, F_z / C_T_scale, wind=wind, tip_speed=Omega * R),
-            loads=self._hub_loads(F_z, F_t, F_r, height, Omega),
+            loads=self._hub_loads((F_z, F_t, F_r, dissipation), height, v, Omega),
+            wind=wind,
             advance_ratio=_in_plane(wind) / (Omega * R),
             mean_induced=induced_power_factor * self.inflow.mean_weight * inflow[0][0],
             skew=self._flow(inflow, wind, Omega * R)[2],
@@ -209,11 +215,12 @@ class RotorModel:
         )
         return ca.reshape(residual.T, -1, 1)
 
-    def _hub_loads(self, F_z: Any, F_t: Any, F_r: Any, w: Any, Omega: Any) -> HubLoads:
+    def _hub_loads(self, blade: tuple[Any, Any, Any, Any], w: Any, v: Any, Omega: Any) -> HubLoads:
         """Mean over a revolution of the aerodynamic loads at their deflected positions r e_r + w e_z.
 
         In steady periodic motion the mean inertial force and moment vanish.
         """
+        F_z, F_t, F_r, dissipation = blade
         cos, sin = self.fourier[1], self.fourier[2]
         r = self.radius
         blades_over_azimuths = self.rotor.blades / len(self.azimuth)
@@ -230,13 +237,14 @@ class RotorModel:
         moment = ca.vertcat(
             mean(out_of_plane, sin) - mean(w * F_t, cos), -mean(out_of_plane, cos) - mean(w * F_t, sin), mean(torque)
         )
-        return HubLoads(force, moment, -moment[2] * Omega)
+        return HubLoads(force, moment, -moment[2] * Omega, mean(F_z * v), mean(dissipation))
 
 
 def blade_loads(
     section: Airfoil, *, chord: float, velocities: tuple[Any, Any, Any], pitch: Any, air: Air, drag_level: Any
-) -> tuple[Any, Any, Any]:
-    """Blade loads per length [N/m] up, along the motion of the blade, and outward, on an (E, N) grid of elements.
+) -> tuple[Any, Any, Any, Any]:
+    """Blade loads per length [N/m] up, along the motion of the blade, and outward, and the power [W/m] its drag takes,
+    on an (E, N) grid of elements.
 
     velocities: of the air relative to the element, (E, N) each: against its motion U_T, upward U_P, outward U_R.
     The section feels the velocity normal to the span; the drag along the span is that of the yawed section.
@@ -248,11 +256,11 @@ def blade_loads(
     rows = [ca.reshape(value, 1, elements) for value in (U_T, U_P, U_R, pitch)]
     common = ca.repmat(ca.vertcat(air.speed_of_sound, 0.5 * air.density * chord, drag_level), 1, elements)
     loads = kernel.map(elements)(ca.vertcat(*rows), common)
-    return tuple(ca.reshape(loads[k, :], *shape) for k in range(3))
+    return tuple(ca.reshape(loads[k, :], *shape) for k in range(4))
 
 
 def _kernel(section: Airfoil) -> ca.Function:
-    """Loads of one element: (U_T, U_P, U_R, pitch), (speed of sound, rho c / 2, drag level) -> (F_z, F_t, F_r)."""
+    """One element: (U_T, U_P, U_R, pitch), (speed of sound, rho c / 2, drag level) -> (F_z, F_t, F_r, power)."""
     state, common = ca.SX.sym("state", 4), ca.SX.sym("common", 3)
     U_T, U_P, U_R, theta = ca.vertsplit(state)
     speed_of_sound, half_rho_chord, drag_level = ca.vertsplit(common)
@@ -260,7 +268,8 @@ def _kernel(section: Airfoil) -> ca.Function:
     sine = (U_T * ca.sin(theta) + U_P * ca.cos(theta)) / U
     cosine = (U_T * ca.cos(theta) - U_P * ca.sin(theta)) / U
     c_l, c_d = section.coefficients(sine, cosine, U / speed_of_sound, drag_level)
-    loads = half_rho_chord * U * ca.vertcat(c_l * U_T + c_d * U_P, c_l * U_P - c_d * U_T, c_d * U_R)
+    dissipation = c_d * (U_T**2 + U_P**2 + U_R**2)
+    loads = half_rho_chord * U * ca.vertcat(c_l * U_T + c_d * U_P, c_l * U_P - c_d * U_T, c_d * U_R, dissipation)
     return ca.Function("element", [state, common], [loads])
 
 

@@ -52,6 +52,12 @@ def symmetric_section(section: Airfoil) -> Airfoil:
     )
 
 
+def without_stall(section: Airfoil) -> Airfoil:
+    """The section with both breaks moved out of reach: attached lift and drag at any angle of attack."""
+    never, always = (2.0,), (-2.0,)  # as sines
+    return section.replaced(break_sine=never, negative_break_sine=always, ramp_sine=never, negative_ramp_sine=always)
+
+
 def tail_rotor_loads(
     rotor: TailRotor,
     section: Airfoil,
@@ -84,7 +90,7 @@ def tail_rotor_loads(
     twist = radians(rotor.twist) * (radius / R - 0.75)
     pitch = ca.mtimes(column, collective + tan(radians(rotor.delta3)) * flap) - ca.mtimes(twist, ones[None])
 
-    F_z, F_t, F_r = blade_loads(
+    F_z, F_t, F_r, _ = blade_loads(
         section, chord=rotor.chord, velocities=(U_T, U_P, U_R), pitch=pitch, air=air, drag_level=drag_level
     )
     share = rotor.blades / AZIMUTHS

@@ -81,7 +81,18 @@ def newton(
         if damping == 1.0 and contraction < CHORD_CONTRACTION:
             x, r, extra = _chord(residual, lu, x=x, r=r, tolerance=tolerance, limit=max_iterations - iterations)
             iterations += extra
+    if lu is not None and iterations:
+        x, r = _polished(residual, lu, x=x, r=r)
     return NewtonResult(x, r, lu, Status.CONVERGED, iterations, jacobians)
+
+
+def _polished(
+    residual: Callable[[np.ndarray], np.ndarray], lu: Factorisation, *, x: np.ndarray, r: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """One more chord step, for unknowns as good as the residual where the Jacobian is ill-conditioned."""
+    trial = x - lu_solve(lu, r, check_finite=False)
+    r_trial = residual(trial)
+    return (trial, r_trial) if np.max(np.abs(r_trial)) <= np.max(np.abs(r)) else (x, r)
 
 
 def _chord(

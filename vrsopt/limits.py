@@ -1,0 +1,97 @@
+"""What the aircraft is allowed to do: blade loading, engine power, torque, turbine temperature, tail-rotor loading.
+
+Every limit is a usage: value over allowed value, 1 at the limit. The same expressions serve the classification of an
+operating point (floats), the surrogate along a mission (arrays) and the optimal-control problem (CasADi).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from vrsopt.aircraft import Aircraft
+from vrsopt.atmosphere import GRAVITY
+from vrsopt.rotor.airfoil import polynomial
+from vrsopt.turboshaft.data import EngineData
+from vrsopt.turboshaft.performance import temperature_limit
+
+Setting = Literal["manual", "study"]
+LIMIT_NAMES = ("blade loading", "engine power", "torque", "turbine temperature", "tail rotor loading")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of an aircraft and its engine.
+
+    setting "manual": the flight manual's rated power per engine, and that power's torque at lower rotor speed.
+    setting "study": the engine's take-off rating, no torque limit. ``manoeuvre_margin`` divides the blade-loading
+    limit: 1.3 leaves 1.3 times the flown thrust available.
+    """
+
+    aircraft: Aircraft
+    engine: EngineData
+    setting: Setting = "manual"
+    manoeuvre_margin: float = 1.0
+
+    @cached_property
+    def _blade_loading_polynomial(self) -> tuple[float, ...]:
+        """The polynomial through the points of the aircraft's table, constant term first."""
+        table = self.aircraft.blade_loading_limit
+        fit = np.polynomial.Polynomial.fit(
+            table.advance_ratio, table.thrust_over_solidity, deg=len(table.advance_ratio) - 1
+        )
+        return tuple(fit.convert().coef.tolist())
+
+    @property
+    def rated_power(self) -> float:
+        """Largest power of one engine [W]."""
+        if self.setting == "study":
+            return self.engine.ratings.take_off_power
+        return 1e3 * self.aircraft.transmission.rated_power_per_engine
+
+    @property
+    def temperature(self) -> float:
+        """Largest inter-turbine temperature [K]."""
+        return temperature_limit(self.engine)
+
+    def blade_loading(self, weight: Any, density: Any, rotor_speed: Any, speed: Any) -> tuple[Any, Any]:
+        """Blade loading n m g / (rho A_b (Omega R)^2) and its largest value, without the manoeuvre margin.
+
+        weight: load factor times mass [kg].
+        """
+        rotor = self.aircraft.main_rotor
+        tip_speed = rotor_speed * rotor.radius
+        loading = weight * GRAVITY / (density * rotor.blade_area * tip_speed**2)
+        return loading, polynomial(self._blade_loading_polynomial, speed / tip_speed)
+
+    def blade_loading_usage(self, weight: Any, density: Any, rotor_speed: Any, speed: Any, *, smooth_max: Any) -> Any:
+        """Blade loading over what is allowed: with the manoeuvre margin, or, where the rotor at nominal speed itself
+        has less than the margin, at least the nominal rotor's."""
+        loading, largest = self.blade_loading(weight, density, rotor_speed, speed)
+        nominal = self.blade_loading(weight, density, self.aircraft.main_rotor.nominal_rotor_speed, speed)
+        allowed = smooth_max(1.0 / self.manoeuvre_margin, nominal[0] / nominal[1])
+        return loading / largest / allowed
+
+    def power_usage(self, power_per_engine: Any) -> Any:
+        """Power of one engine over its rating."""
+        return power_per_engine / self.rated_power
+
+    def torque_usage(self, power_per_engine: Any, rotor_speed: Any) -> Any:
+        """Torque over the rated one; zero where the setting has no torque limit."""
+        if self.setting == "study":
+            return 0.0 * power_per_engine
+        ratio = rotor_speed / self.aircraft.main_rotor.nominal_rotor_speed
+        return power_per_engine / (self.rated_power * ratio)
+
+    def temperature_usage(self, inter_turbine_temperature: Any) -> Any:
+        """Inter-turbine temperature over its limit."""
+        return inter_turbine_temperature / self.temperature
+
+    def tail_usage(self, tail_blade_loading: Any, rotor_speed: Any, speed: Any) -> Any:
+        """Tail-rotor thrust coefficient over solidity over its largest value at the tail rotor's advance ratio."""
+        tail = self.aircraft.tail_rotor
+        tip_speed = rotor_speed * tail.speed_ratio * tail.radius
+        return tail_blade_loading / polynomial(self._blade_loading_polynomial, speed / tip_speed)

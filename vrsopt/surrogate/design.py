@@ -1,0 +1,68 @@
+"""The sampled physics: what is computed at each point of the design of experiments.
+
+A point is level flight at load factor one on a standard day. Powers in climb and descent are sampled beside it at a
+reference climb angle of either sign: flight-path angle then enters the surrogate as a parabola through three points,
+which holds to 0.2 % of power, without a sixth variable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from vrsopt.aircraft import data_hash
+from vrsopt.limits import Limits
+from vrsopt.operating_point import helicopter
+from vrsopt.surrogate.database import PointRecord
+
+OUTPUTS = (
+    "main_rotor_power",  # W
+    "tail_rotor_power",  # W
+    "fuel_flow",  # kg/s, all engines
+    "tail_blade_loading",  # -
+    "climb_rotor_power",  # W, main and tail rotor, at the reference climb angle
+    "descent_rotor_power",  # W, the same in descent
+)
+AIRCRAFT = "bo105"
+
+
+def model_data_hash() -> str:
+    """Hash of the aircraft and engine numbers behind :func:`evaluate`."""
+    machine = helicopter(AIRCRAFT)
+    return data_hash(machine.aircraft, machine.engine)
+
+
+def reference_climb_sine(speed: Any) -> Any:
+    """Sine of the reference climb angle at an airspeed [m/s]: 10 deg at rest, 6.6 deg at 40 m/s, 1.8 deg at 70 m/s.
+
+    Steep where the missions climb and descend, gentle where a climb would need more power than there is.
+    """
+    return 0.17 / (1 + (speed / 48.0) ** 4)
+
+
+def evaluate(inputs: Mapping[str, float]) -> PointRecord:
+    """Physics at mass [kg], altitude [m], speed [m/s], rotor_speed [rad/s] and twist [rad] of level flight.
+
+    Flyable ("ok") means inside the engine's own ratings and the blade-loading limit without manoeuvre margin, with a
+    trim in the reference climb and descent too ("no climb" otherwise).
+    """
+    machine = helicopter(AIRCRAFT)
+    limits = Limits(machine.aircraft, machine.engine, "study", 1.0)
+    level = {**inputs, "isa_offset": 0.0, "climb_angle": 0.0, "load_factor": 1.0}
+    point = machine.point(level, limits=limits)
+    if not point.success:
+        return PointRecord({}, point.classification, point.reason, point.iterations, point.residual_norm)
+    outputs = {name: getattr(point, name) for name in OUTPUTS[:4]}
+    status, reason, residual = point.classification, point.reason, point.residual_norm
+    iterations = point.iterations
+    for name, sign in (("climb_rotor_power", 1.0), ("descent_rotor_power", -1.0)):
+        slope = sign * math.asin(float(reference_climb_sine(inputs["speed"])))
+        solution = machine.trim({**level, "climb_angle": slope}, guess=point.solution)
+        iterations += solution.iterations
+        if solution.success:
+            outputs[name] = solution.outputs["main_rotor_power"] + solution.outputs["tail_rotor_power"]
+            residual = max(residual, solution.residual_norm)
+        elif status == "ok":
+            status, reason = "no climb", f"{name}: {solution.message}"
+    return PointRecord(outputs, status, reason, iterations, residual)
