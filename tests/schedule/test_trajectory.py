@@ -1,10 +1,14 @@
 """The whole-mission problem: accuracy, limiting cases, rates, and what it says when there is no solution."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from vrsopt.errors import InputError
+from vrsopt.mission.profile import Profile
+from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mesh import MeshOptions, graded_steps, make_mesh
 from vrsopt.schedule.pointwise import pointwise_schedule
@@ -45,7 +49,7 @@ def test_derivatives_of_the_nlp_are_those_of_automatic_differentiation(transport
     rng = np.random.default_rng(5)
     lower, upper = problem._bounds(2150.0)
     x = np.clip(rng.normal(0.9, 0.05, len(lower)), lower, np.maximum(upper, lower))
-    p = np.concatenate([[2150.0], problem._coefficients])
+    p = np.concatenate([[2150.0, 1.0], problem._coefficients])
     f, g = nlp.problem["f"], nlp.problem["g"]
     lam_g = rng.normal(size=g.numel())
     symbols = nlp.problem["x"], nlp.problem["p"]
@@ -204,3 +208,53 @@ def test_mesh_error_adds_up_to_the_difference_in_fuel_and_falls_on_a_finer_mesh(
         assert error.sum() == pytest.approx(resimulation_error(solution, flight) * flight.fuel, abs=1e-6)
         largest.append(np.abs(error).max())
     assert largest[1] < 0.5 * largest[0]
+
+
+def test_an_added_limit_is_kept_and_named(transport, make_model):
+    quiet = Additions(limits={"tip speed": lambda q: q["rotor_speed"] / 41.0 - 1.0})
+    model = make_model(blade_loading_limit=0.2)
+    solution = TrajectoryProblem(transport, model, additions=quiet).solve(2000.0)
+    assert not solution.success and "tip speed" in solution.message  # the first hover begins with the nominal of idle
+    profile = build(transport, start=2, stop=5)
+    limit = 0.86 * SETTINGS.nominal_rotor_speed
+    capped = Additions(limits={"tip speed": lambda q: limit / q["rotor_speed"] - 1.0})
+    plain, added = (
+        TrajectoryProblem(profile, make_model(), additions=additions, ends="free").solve(2000.0)
+        for additions in (None, capped)
+    )
+    assert plain.schedule.rotor_speed.min() < limit * 0.99
+    assert added.success and added.schedule.rotor_speed.min() == pytest.approx(limit, rel=1e-4)
+    assert added.limit_multipliers["tip speed"].max() > 1e-5
+
+
+def build(profile, *, start, stop):
+    """Part of a profile, moved to time 0."""
+    begin = profile.segments[start].start
+    return Profile(tuple(replace(s, start=s.start - begin) for s in profile.segments[start:stop]))
+
+
+def test_a_cost_of_ones_own_replaces_the_fuel(transport, make_model):
+    profile = build(transport, start=2, stop=5)
+    same = Additions(cost=lambda q: 7e5 * q["fuel_flow"])
+    fast = Additions(cost=lambda q: (q["rotor_speed"] - 43.0) ** 2 + 100.0 * (q["twist"] - 0.15) ** 2)
+    plain, scaled, tracking = (
+        TrajectoryProblem(profile, make_model(), additions=additions, ends="free").solve(2000.0)
+        for additions in (None, same, fast)
+    )
+    assert scaled.success and tracking.success
+    np.testing.assert_allclose(scaled.schedule.rotor_speed, plain.schedule.rotor_speed, rtol=1e-4)
+    np.testing.assert_allclose(tracking.schedule.rotor_speed, 43.0, rtol=1e-4)
+    assert tracking.fuel > plain.fuel * 1.01
+
+
+@pytest.mark.parametrize(
+    ("additions", "message"),
+    [
+        (Additions(cost=lambda q: q["nox_flow"]), "cost = 'nox_flow': quantities are mass"),
+        (Additions(limits={"torque": lambda q: q["mass"]}), "already has limits"),
+        (Additions(limits={"pair": lambda q: ca.vertcat(q["mass"], q["twist"])}), "must be a single value"),
+    ],
+)
+def test_additions_that_can_not_be_used_are_refused(transport, make_model, additions, message):
+    with pytest.raises(InputError, match=message):
+        TrajectoryProblem(transport, make_model(), additions=additions)

@@ -7,6 +7,7 @@ The fuel it reports is the NLP's own; fuel that is compared comes from flying th
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,6 +17,7 @@ from scipy import sparse
 
 from vrsopt.errors import InputError
 from vrsopt.schedule import transcription as tr
+from vrsopt.schedule.additions import Additions, extended
 from vrsopt.schedule.batched import batched_minimum
 from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
 from vrsopt.schedule.nominal import nominal_schedule
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
 Ends = Literal["pinned", "free", "periodic"]
 TOLERANCE = 1e-7
+MAX_ITERATIONS = 300
 ACCEPTED_RESIDUAL = 1e-6  # largest scaled defect or limit of a solution that counts
 DEFECTS = ("fuel burned", "fuel burned at midpoints", "rotor speed rate", "twist rate")
 
@@ -68,24 +71,33 @@ class TrajectoryProblem:
         settings: ScheduleSettings | None = None,
         mesh: MeshOptions | None = None,
         ends: Ends = "pinned",
+        additions: Additions | None = None,
         regularisation: float = 1e-6,
-        max_iterations: int = 300,
+        ipopt: Mapping[str, Any] | None = None,
     ) -> None:
         """``ends``: rotor speed and twist nominal at both ends of the mission, free, or equal to each other.
 
         In idle they are nominal. A rate of ``None`` in ``settings`` lets the variable jump between segments.
-        ``regularisation`` is the weight, on fuel in units of 100 kg, of the mean square of the rates over their limits.
+        ``additions`` are limits and a cost of one's own. ``regularisation`` is the weight, on fuel in units of 100 kg,
+        of the mean square of the rates over their limits. ``ipopt`` are options by IPOPT's own names.
         """
         begin = clock.perf_counter()
         if ends not in ("pinned", "free", "periodic"):
             raise InputError(f"trajectory: ends = {ends}: must be pinned, free or periodic")
         self.profile, self.settings, self.ends = profile, settings or ScheduleSettings(), ends
         self.mesh = make_mesh(profile, mesh)
-        self._points()
-        self.model = make_path_model(profile.conditions(self._segment, self._time))
+        self._points = tr.make_points(self.mesh)
+        self._mass_added = np.cumsum(profile.mass_changes)[self.mesh.segment]
+        conditions = profile.conditions(self._points.segment, self._points.time)
+        self._idle = np.asarray(conditions.idle)[self._points.of_interval[:, 1]]
+        self.model = make_path_model(conditions)
         self._box = self.settings.box(self.model.bounds)
         self._layout = tr.make_layout(self.mesh, self.settings, box=self._box, periodic=ends == "periodic")
-        function, coefficients = self.model.function()
+        additions = additions or Additions()
+        self._limit_names = (*self.model.limit_names, *additions.limits)
+        function, coefficients = extended(
+            *self.model.function(), limit_names=self.model.limit_names, conditions=conditions, additions=additions
+        )
         node = tr.node_functions(function)
         e_map = tr.input_map(self._layout)
         defects, defect_weights = tr.defect_maps(self.mesh, self._layout, node.outputs)
@@ -103,27 +115,16 @@ class TrajectoryProblem:
             constant=constant,
             linear=sparse.vstack([defects, sparse.csc_matrix((len(self._limit_rows), self._layout.size))]).tocsc(),
             weights=sparse.vstack([defect_weights, limit_weights]).tocsc(),
+            step=self.mesh.step,
             final_fuel=int(self._layout.fuel[-1]),
             penalty=self._weights,
         )
-        self._coefficients = coefficients[:, self._evaluation.ravel()].ravel(order="F")
-        options = ipopt_options(tol=TOLERANCE, max_iter=max_iterations, nlp_scaling_method="none")
+        self._coefficients = coefficients[:, self._points.of_interval.ravel()].ravel(order="F")
+        settings_ = {"tol": TOLERANCE, "max_iter": MAX_ITERATIONS, "nlp_scaling_method": "none", **(ipopt or {})}
+        options = ipopt_options(**settings_)
         derivatives: dict[str, Any] = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
         self._solver = ca.nlpsol("trajectory", "ipopt", self._nlp.problem, {**options, **derivatives})
         self.build_s = clock.perf_counter() - begin
-
-    def _points(self) -> None:
-        """Pairs of segment and time where the aircraft is needed: mesh nodes (doubled at edges) and midpoints."""
-        mesh = self.mesh
-        first = 2 * np.arange(len(mesh)) + mesh.segment
-        self._evaluation = np.column_stack([first, first + 1, first + 2])  # (N, 3) point of each evaluation
-        count = int(self._evaluation.max()) + 1
-        self._segment, self._time = np.empty(count, dtype=int), np.empty(count)
-        self._segment[self._evaluation] = mesh.segment[:, None]
-        self._time[self._evaluation] = np.column_stack([mesh.start, mesh.start + 0.5 * mesh.step, mesh.end])
-        self._mass_added = np.cumsum(self.profile.mass_changes)[mesh.segment]
-        idle = np.array([segment.kind == "idle" for segment in self.profile.segments])
-        self._idle = idle[mesh.segment]
 
     def _penalty(self, regularisation: float) -> np.ndarray:
         """Weights (n_x,) of the squared unknowns in the objective: only the rates have any."""
@@ -139,7 +140,7 @@ class TrajectoryProblem:
         segment: the others are those of the next interval's start, and constraining them twice would be degenerate.
         """
         last = np.append(np.diff(self.mesh.segment) != 0, True)
-        wanted = np.ones((len(self.mesh), tr.PARTS, len(self.model.limit_names)), dtype=bool)
+        wanted = np.ones((len(self.mesh), tr.PARTS, len(self._limit_names)), dtype=bool)
         wanted[:, 2, :] = last[:, None] | node.depends_on_rate[None, :]
         wanted &= ~self._idle[:, None, None]
         interval, part, limit = np.nonzero(wanted)
@@ -156,8 +157,7 @@ class TrajectoryProblem:
             lower[index] = np.maximum(lower[index], (unburned - heaviest) / tr.FUEL_SCALE)
             upper[index] = np.minimum(upper[index], (unburned - lightest) / tr.FUEL_SCALE)
         if lower[0] > 0.0 or upper[0] < 0.0:
-            start = takeoff_mass + self._mass_added[0]
-            raise InputError(f"trajectory: takeoff_mass = {start:g} kg: must be {lightest:g} to {heaviest:g} kg")
+            raise InputError(f"trajectory: takeoff_mass = {takeoff_mass:g} kg: must be {lightest:g} to {heaviest:g} kg")
         lower[0] = upper[0] = 0.0
         for control in layout.controls:
             places = np.concatenate([control.start, control.end])
@@ -171,8 +171,11 @@ class TrajectoryProblem:
                 lower[control.rate], upper[control.rate] = -bound, bound
         return lower, upper
 
-    def _start(self, schedule: Schedule, takeoff_mass: float, p: np.ndarray) -> np.ndarray:
-        """Start of the unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel."""
+    def _start(self, schedule: Schedule, p: np.ndarray) -> np.ndarray:
+        """Start of the unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel.
+
+        Sets the factor on the cost, p[1], so that at the start the cost is as large as the fuel is.
+        """
         layout, mesh = self._layout, self.mesh
         x = np.zeros(layout.size)
         starts, ends = schedule.at(mesh.segment, mesh.start), schedule.at(mesh.segment, mesh.end)
@@ -183,8 +186,10 @@ class TrajectoryProblem:
             bound = np.inf if control.rate_bound is None else control.rate_bound
             x[control.rate] = np.clip(slope, -bound, bound) / control.rate_scale
         for _ in range(3):
-            flow = np.array(self._nlp.values(x, p))[0].reshape(-1, tr.PARTS)
-            increments = mesh.step * (flow @ [1.0, 4.0, 1.0]) / 6.0 / tr.FUEL_SCALE
+            outputs = np.array(self._nlp.values(x, p)).reshape(-1, len(mesh), tr.PARTS)
+            integrals = mesh.step * (outputs @ np.array([1.0, 4.0, 1.0])) / 6.0
+            increments = integrals[0] / tr.FUEL_SCALE
+            p[1] = np.sum(increments) / max(abs(np.sum(integrals[-1])), 1e-300)
             x[layout.fuel] = np.concatenate([[0.0], np.cumsum(increments)])
             x[layout.middle] = 0.5 * (x[layout.fuel[:-1]] + x[layout.fuel[1:]])
         return x
@@ -196,8 +201,8 @@ class TrajectoryProblem:
         """
         begin = clock.perf_counter()
         lower, upper = self._bounds(takeoff_mass)
-        p = np.concatenate([[takeoff_mass], self._coefficients])
-        start = self._start(initial or nominal_schedule(self.profile, self.settings), takeoff_mass, p)
+        p = np.concatenate([[takeoff_mass, 1.0], self._coefficients])
+        start = self._start(initial or nominal_schedule(self.profile, self.settings), p)
         defects = 4 * len(self.mesh)
         below = np.concatenate([np.zeros(defects), np.full(len(self._limit_rows), -np.inf)])
         found = self._solver(x0=start, p=p, lbx=lower, ubx=upper, lbg=below, ubg=0.0)
@@ -210,7 +215,7 @@ class TrajectoryProblem:
         if not success:
             status, message = self._diagnosis(start, g, status, takeoff_mass)
         places, limit_multipliers = self._limit_places, {}
-        for number, name in enumerate(self.model.limit_names):
+        for number, name in enumerate(self._limit_names):
             of_limit = places[:, 2] == number
             limit_multipliers[name] = np.zeros(len(self.mesh))
             np.maximum.at(limit_multipliers[name], places[of_limit, 0], multipliers[defects:][of_limit])
@@ -236,7 +241,7 @@ class TrajectoryProblem:
         self, x: np.ndarray, takeoff_mass: float, success: bool, status: Status, message: str
     ) -> tuple[Schedule, np.ndarray]:
         """Schedule of a solution at the mesh nodes, both ends of every segment included, and the mass [kg] there."""
-        at = np.column_stack([self._evaluation[:, 0], self._evaluation[:, 2]])
+        at = self._points.of_interval[:, [0, 2]]
         nodes = np.unique(at)
         place = np.searchsorted(nodes, at)
         values = np.empty((3, len(nodes)))
@@ -246,8 +251,8 @@ class TrajectoryProblem:
             values[control.row, place] = np.column_stack([x[control.start], x[control.end]]) * control.scale
         schedule = Schedule(
             name="trajectory",
-            segment=self._segment[nodes],
-            time=self._time[nodes],
+            segment=self._points.segment[nodes],
+            time=self._points.time[nodes],
             rotor_speed=values[1],
             twist=values[2],
             success=success,
@@ -262,7 +267,7 @@ class TrajectoryProblem:
         The mass history is that of the ``start``: where IPOPT gave up the fuel need not mean anything.
         """
         flying = np.flatnonzero(~self._idle)
-        middle = self._evaluation[flying, 1]
+        middle = self._points.of_interval[flying, 1]
         mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * start[self._layout.middle[flying]]
         mass = np.clip(mass, *self.model.bounds["mass"])
         optima = batched_minimum(self.model.nodes(middle), mass, box=self._box, refinements=6)
@@ -286,10 +291,10 @@ class TrajectoryProblem:
             where = f"{DEFECTS[family]} not met at {self.mesh.start[interval]:.0f} s ({task})"
         else:
             interval, part, number = self._limit_places[row - defects]
-            limit = self.model.limit_names[number]
-            where = str(self._violation(limit, self._evaluation[interval, part], float(breach[row])))
+            limit = self._limit_names[number]
+            where = str(self._violation(limit, self._points.of_interval[interval, part], float(breach[row])))
         return status, f"{words}: {where}; {advice}"
 
     def _violation(self, limit: str, point: int, excess: float) -> Violation:
-        task = self.profile.segments[self._segment[point]].task
-        return Violation(limit, task, float(self._time[point]), excess)
+        task = self.profile.segments[self._points.segment[point]].task
+        return Violation(limit, task, float(self._points.time[point]), excess)

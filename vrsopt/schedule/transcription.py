@@ -92,6 +92,26 @@ def make_layout(mesh: Mesh, settings: ScheduleSettings, *, box: np.ndarray, peri
     return Layout(np.arange(count + 1), count + 1 + k, (controls[0], controls[1]), size)
 
 
+@dataclass(frozen=True)
+class Points:
+    """Where the aircraft is needed: mesh nodes (doubled at segment edges) and midpoints, P in all."""
+
+    of_interval: np.ndarray  # (N, 3) point of each evaluation
+    segment: np.ndarray  # (P,)
+    time: np.ndarray  # (P,) s
+
+
+def make_points(mesh: Mesh) -> Points:
+    """Points of a mesh, in the order of time."""
+    first = 2 * np.arange(len(mesh)) + mesh.segment
+    of_interval = np.column_stack([first, first + 1, first + 2])
+    count = int(of_interval.max()) + 1
+    segment, time = np.empty(count, dtype=int), np.empty(count)
+    segment[of_interval] = mesh.segment[:, None]
+    time[of_interval] = np.column_stack([mesh.start, mesh.start + 0.5 * mesh.step, mesh.end])
+    return Points(of_interval, segment, time)
+
+
 def input_map(layout: Layout) -> sparse.csc_matrix:
     """E (4 * 3N, n_x): node inputs of all evaluations, without the constant part of the mass."""
     count = len(layout.middle)
@@ -159,24 +179,26 @@ class NodeFunctions:
     hessian: ca.Function
     outputs: int
     depends_on_rate: np.ndarray  # (m,) which limits do
+    has_cost: bool  # is the last output a cost per second
 
 
 def node_functions(function: ca.Function) -> NodeFunctions:
-    """Derivatives of a path model's node function, once for all nodes."""
+    """Derivatives of a path model's node function, once for all nodes; a third output of it is a cost per second."""
     z, c = ca.SX.sym("z", INPUTS), ca.SX.sym("c", function.size1_in(INPUTS))
-    fuel_flow, limits = function(*ca.vertsplit(z), c)
-    y = ca.vertcat(fuel_flow, limits)
+    parts = function.call([*ca.vertsplit(z), c])
+    y = ca.vertcat(*parts)
     w = ca.SX.sym("w", y.numel())
     jacobian = ca.jacobian(y, z)
     hessian = ca.hessian(ca.dot(w, y), z)[0]
-    on_rate = np.array(ca.DM(jacobian.sparsity(), 1)).reshape(y.numel(), INPUTS)[1:, 3] != 0
+    on_rate = np.array(ca.DM(jacobian.sparsity(), 1)).reshape(y.numel(), INPUTS)[:, 3] != 0
     options = {"cse": True}
     return NodeFunctions(
         ca.Function("values", [z, c], [y], options),
         ca.Function("jacobian", [z, c], [jacobian], options),
         ca.Function("hessian", [z, c, w], [hessian], options),
         y.numel(),
-        on_rate,
+        on_rate[1 : 1 + parts[1].numel()],
+        len(parts) == 3,
     )
 
 
@@ -197,28 +219,37 @@ def assemble(
     constant: np.ndarray,
     linear: sparse.csc_matrix,
     weights: sparse.csc_matrix,
+    step: np.ndarray,
     final_fuel: int,
     penalty: np.ndarray,
 ) -> Nlp:
-    """Objective x[final_fuel] + sum(penalty * x^2) and constraints A x + B y, with exact derivatives.
+    """Objective x[final_fuel] (or the integral of the cost) + sum(penalty * x^2) and constraints A x + B y.
 
-    ``constant`` (4, 3N) is the part of the node inputs that is neither x nor take-off mass. Parameters p of the NLP:
-    take-off mass [kg], then the coefficients (n_c, 3N) column by column.
+    ``constant`` (4, 3N) is the part of the node inputs that is neither x nor take-off mass; ``step`` (N,) [s] are the
+    intervals. Parameters p of the NLP: take-off mass [kg], the factor on the cost, then the coefficients (n_c, 3N)
+    column by column.
     """
     evaluations, n_c = constant.shape[1], node.values.size1_in(1)
     e_map, a_map, b_map = (ca.DM(part) for part in (input_matrix, linear, weights))
-    x, p = ca.MX.sym("x", e_map.size2()), ca.MX.sym("p", 1 + n_c * evaluations)
+    x, p = ca.MX.sym("x", e_map.size2()), ca.MX.sym("p", 2 + n_c * evaluations)
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", a_map.size1())
     takeoff = ca.DM(np.tile([1.0, 0.0, 0.0, 0.0], evaluations))
     z = ca.reshape(ca.mtimes(e_map, x) + p[0] * takeoff + ca.DM(constant.ravel(order="F")), INPUTS, evaluations)
-    c = ca.reshape(p[1:], n_c, evaluations)
+    c = ca.reshape(p[2:], n_c, evaluations)
 
     y = node.values.map(evaluations)(z, c)
-    f = x[final_fuel] + ca.dot(ca.DM(penalty), x * x)
+    f = ca.dot(ca.DM(penalty), x * x)
+    if node.has_cost:
+        simpson = ca.DM((step[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0).ravel()).T
+        f += p[1] * ca.dot(simpson, y[-1, :])
+    else:
+        f += x[final_fuel]
     g = ca.mtimes(a_map, x) + ca.mtimes(b_map, ca.vec(y))
 
     jacobian = a_map + ca.mtimes(b_map, ca.mtimes(_blocks(node.jacobian.map(evaluations)(z, c), node.jacobian), e_map))
     w = ca.reshape(ca.mtimes(b_map.T, lam_g), node.outputs, evaluations)
+    if node.has_cost:
+        w = ca.vertcat(w[:-1, :], lam_f * p[1] * simpson)
     curvature = _blocks(node.hessian.map(evaluations)(z, c, w), node.hessian)
     hessian = ca.mtimes(e_map.T, ca.mtimes(curvature, e_map)) + 2 * lam_f * ca.diag(ca.DM(penalty))
     return Nlp(
