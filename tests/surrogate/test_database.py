@@ -1,6 +1,7 @@
 """The design of experiments on file: round trip, read-only reading, and every refusal with its message."""
 
 import hashlib
+import shutil
 import sqlite3
 from dataclasses import replace
 
@@ -109,6 +110,24 @@ def test_cut_file_is_refused(path):
         database.dataset()
 
 
+def test_file_of_a_run_killed_while_writing_says_so_and_is_repaired(path, tmp_path):
+    before = path.read_bytes()
+    killed = tmp_path / "killed.db"
+    connection = sqlite3.connect(path)
+    connection.execute("PRAGMA cache_size = 1")
+    connection.execute("UPDATE points SET mass = mass + 1")
+    connection.execute("CREATE TABLE filler AS SELECT hex(randomblob(200000)) AS x")  # more than the cache holds
+    shutil.copy(path, killed)
+    shutil.copy(f"{path}-journal", f"{killed}-journal")
+    connection.rollback()
+    connection.close()
+    assert killed.read_bytes() != before
+    with pytest.raises(InputError, match="killed while it wrote: resume"):
+        Database.open(killed)
+    with Database.open(killed, META, write=True) as repaired, Database.open(path) as original:
+        assert repaired.dataset().identical(original.dataset())
+
+
 def test_other_schema_version_is_refused(path):
     connection = sqlite3.connect(path)
     connection.execute("PRAGMA user_version = 7")
@@ -126,8 +145,8 @@ def test_missing_points_are_noticed(path):
 
 def test_rows_that_do_not_fit_are_refused(path):
     with Database.open(path, write=True) as database:
-        with pytest.raises(InputError, match="fuel_flow is not a number although the point is flyable"):
-            database.append([row(3, power=1.0)])
+        with pytest.raises(InputError, match="fuel_flow = nan although the point is flyable"):
+            database.append([row(3, power=1.0, fuel_flow=float("nan"))])
         with pytest.raises(InputError, match="output 'thrust': one of power, fuel_flow"):
             database.append([row(3, thrust=1.0)])
         with pytest.raises(InputError, match="point 3: inputs mass"):

@@ -25,8 +25,7 @@ EFFORT = ("status", "reason", "iterations", "residual_norm")
 
 @dataclass(frozen=True)
 class PointRecord:
-    """Result of one point: outputs by name (SI units; may be incomplete unless ``status`` is "ok"), why it is not
-    flyable, and the solver's effort."""
+    """Result of one point: outputs by name (SI units; those it has), why it is not flyable, and the solver's effort."""
 
     outputs: Mapping[str, float]
     status: str
@@ -147,7 +146,7 @@ class Database:
         """Add ``rows`` in one transaction: all of them or, on an error, none.
 
         Raises :class:`InputError` for an index that is there already, inputs or outputs with other names than the
-        file's, a flyable point without all outputs, or a file that can not be written.
+        file's, an output of a flyable point that is not a number, or a file that can not be written.
         """
         added = list(rows)
         values = [self._values(row) for row in added]
@@ -169,9 +168,9 @@ class Database:
         if unknown:
             raise InputError(f"{self.path}: point {row.index}: output {unknown[0]!r}: one of {', '.join(meta.outputs)}")
         outputs = [float(record.outputs.get(name, np.nan)) for name in meta.outputs]
-        if record.status == FLYABLE and not np.all(np.isfinite(outputs)):
-            name = meta.outputs[int(np.argmin(np.isfinite(outputs)))]
-            raise InputError(f"{self.path}: point {row.index}: {name} is not a number although the point is flyable")
+        for name, value in record.outputs.items():
+            if record.status == FLYABLE and not np.isfinite(value):
+                raise InputError(f"{self.path}: point {row.index}: {name} = {value} although the point is flyable")
         inputs = [float(row.inputs[name]) for name in meta.names]
         effort = (record.status, record.reason, int(record.iterations), float(record.residual_norm))
         return (int(row.index), *inputs, *outputs, *effort)
@@ -230,6 +229,10 @@ def _read_meta(path: Path, connection: sqlite3.Connection) -> DesignMeta:
         pairs = dict(connection.execute("SELECT name, value FROM meta").fetchall())
         columns = [row[1] for row in connection.execute("PRAGMA table_info(points)").fetchall()]
     except sqlite3.Error as error:
+        if error.sqlite_errorcode == sqlite3.SQLITE_READONLY_ROLLBACK:
+            raise InputError(
+                f"{path}: a run was killed while it wrote: resume the sampling to repair the file"
+            ) from None
         raise InputError(f"{path}: not a readable design of experiments: {error}") from None
     try:
         fields: dict[str, Any] = {key: json.loads(value) for key, value in pairs.items()}
