@@ -150,6 +150,10 @@ class Transmission(Record):
     rated_power_per_engine: Annotated[float, Unit("kW"), Field(gt=10, lt=5000)]
     one_engine_inoperative_power: Annotated[float, Unit("kW"), Field(gt=10, lt=5000)]
 
+    def power_per_engine(self, rotor_power: Any) -> Any:
+        """Shaft power of one engine [W] for the power of main and tail rotor [W]."""
+        return (rotor_power / self.efficiency + 1e3 * self.accessory_power) / self.engines
+
 
 class BladeLoadingLimit(Record):
     """Largest thrust coefficient over solidity against advance ratio, of main and tail rotor alike, and the margin that

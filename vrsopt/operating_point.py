@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from vrsopt.aircraft import Aircraft, load_aircraft
 from vrsopt.atmosphere import standard_air
@@ -152,11 +152,6 @@ class Helicopter:
                 step /= 2
         return solution if position >= 1.0 else failed
 
-    def power_per_engine(self, rotor_power: Any) -> Any:
-        """Shaft power of one engine [W] for the power of main and tail rotor [W]."""
-        drive = self.aircraft.transmission
-        return (rotor_power / drive.efficiency + 1e3 * drive.accessory_power) / drive.engines
-
     def engine_state(
         self, power: float, flight: Mapping[str, float], *, method: Literal["ipopt", "newton"] = "newton"
     ) -> Solution:
@@ -186,7 +181,7 @@ class Helicopter:
         rotor_power = trim.outputs["main_rotor_power"] + trim.outputs["tail_rotor_power"]
         if not trim.success:
             return self._unsolved(flight, trim, limits)
-        power = self.power_per_engine(rotor_power)
+        power = self.aircraft.transmission.power_per_engine(rotor_power)
         engine = self.engine_state(power, flight, method=method)
         usages = self._usages(flight, trim, engine, power, limits)
         classification, reason = (

@@ -44,8 +44,8 @@ def reference_climb_sine(speed: Any) -> Any:
 def evaluate(inputs: Mapping[str, float]) -> PointRecord:
     """Physics at mass [kg], altitude [m], speed [m/s], rotor_speed [rad/s] and twist [rad] of level flight.
 
-    Flyable ("ok") means inside the engine's own ratings and the blade-loading limit without manoeuvre margin, with a
-    trim in the reference climb and descent too ("no climb" otherwise).
+    Flyable ("ok") means inside the engine's own ratings and the blade-loading limits without manoeuvre margin. Powers
+    in climb and descent are given where that is flyable too.
     """
     machine = helicopter(AIRCRAFT)
     limits = Limits(machine.aircraft, machine.engine, "study", 1.0)
@@ -54,15 +54,15 @@ def evaluate(inputs: Mapping[str, float]) -> PointRecord:
     if not point.success:
         return PointRecord({}, point.classification, point.reason, point.iterations, point.residual_norm)
     outputs = {name: getattr(point, name) for name in OUTPUTS[:4]}
-    status, reason, residual = point.classification, point.reason, point.residual_norm
-    iterations = point.iterations
+    residual, iterations = point.residual_norm, point.iterations
     for name, sign in (("climb_rotor_power", 1.0), ("descent_rotor_power", -1.0)):
-        slope = sign * math.asin(float(reference_climb_sine(inputs["speed"])))
+        slope = sign * math.asin(reference_climb_sine(inputs["speed"]))
         solution = machine.trim({**level, "climb_angle": slope}, guess=point.solution)
         iterations += solution.iterations
-        if solution.success:
-            outputs[name] = solution.outputs["main_rotor_power"] + solution.outputs["tail_rotor_power"]
+        rotor_power = solution.outputs["main_rotor_power"] + solution.outputs["tail_rotor_power"]
+        tail = limits.tail_usage(solution.outputs["tail_blade_loading"], inputs["rotor_speed"], inputs["speed"])
+        power = limits.power_usage(machine.aircraft.transmission.power_per_engine(rotor_power))
+        if solution.success and tail <= 1.0 and power <= 1.0:
+            outputs[name] = rotor_power
             residual = max(residual, solution.residual_norm)
-        elif status == "ok":
-            status, reason = "no climb", f"{name}: {solution.message}"
-    return PointRecord(outputs, status, reason, iterations, residual)
+    return PointRecord(outputs, point.classification, point.reason, iterations, residual)

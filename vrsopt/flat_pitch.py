@@ -1,0 +1,98 @@
+"""Rotors turning on the ground at flat pitch: no thrust, the power is that of the section drag.
+
+Momentum theory has no inflow at zero thrust, so none is modelled: the main rotor's collective is the one at which
+inboard and outboard lift cancel, the tail rotor stands at zero pitch.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from vrsopt.aircraft import Aircraft
+from vrsopt.atmosphere import GRAVITY, standard_air
+from vrsopt.equilibrium import FLAP_SCALE
+from vrsopt.errors import NoSolutionError
+from vrsopt.residual import Named, ResidualSystem, Unknown
+from vrsopt.rotor.response import Discretisation, RotorModel
+from vrsopt.rotor.tail_rotor import symmetric_section, tail_rotor_loads
+
+
+@cache
+def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
+    """Zero thrust in still air: unknowns are the collective and the steady flap; outputs the two rotor powers [W].
+
+    Parameters: altitude [m], isa_offset [K], rotor_speed [rad/s], twist [rad].
+    """
+    rotor = aircraft.main_rotor
+    model = RotorModel(rotor, Discretisation(harmonics=1, azimuths=4))  # nothing varies around the azimuth
+    modes = model.discretisation.flap_modes
+    names = ("altitude", "isa_offset", "rotor_speed", "twist")
+    x, p = ca.MX.sym("x", 1 + modes), ca.MX.sym("p", len(names))
+    altitude, isa_offset, rotor_speed, twist = ca.vertsplit(p)
+    air = standard_air(altitude, isa_offset)
+    still = (np.zeros(len(model.inflow.cosine)), np.zeros(len(model.inflow.sine)))
+    response = model.response(
+        flap=ca.horzcat(x[1:], ca.MX.zeros(modes, 2)),
+        inflow=(ca.MX(still[0]), ca.MX(still[1])),
+        collective=x[0],
+        lateral_cyclic=0.0,
+        longitudinal_cyclic=0.0,
+        twist=twist,
+        rotor_speed=rotor_speed,
+        wind=ca.MX.zeros(3),
+        air=air,
+        induced_power_factor=1.0,
+        section_drag_level=rotor.section_drag_level,
+    )
+    tail: Any = tail_rotor_loads(
+        aircraft.tail_rotor,
+        symmetric_section(rotor.section),
+        collective=0.0,
+        inflow=0.0,
+        teeter=(0.0, 0.0),
+        rotor_speed=rotor_speed * aircraft.tail_rotor.speed_ratio,
+        speed=0.0,
+        air=air,
+        drag_level=rotor.section_drag_level,
+    )
+    load = 0.1 * rotor.nominal_rotor_speed**2 * rotor.radius**2
+    return ResidualSystem(
+        name="flat pitch",
+        unknowns=(
+            Unknown("collective", "rad", 0.1, -0.35, 0.35, 0.0),
+            *(Unknown(f"flap{i + 1}", "m", FLAP_SCALE[i]) for i in range(modes)),
+        ),
+        parameters=(
+            Named("altitude", "m"),
+            Named("isa_offset", "K"),
+            Named("rotor_speed", "rad/s"),
+            Named("twist", "rad"),
+        ),
+        residuals=(
+            Named("thrust", "N", aircraft.loading.reference_mass * GRAVITY),
+            *(Named(f"equation of flap{i + 1}", "N", load) for i in range(modes)),
+        ),
+        outputs=(Named("main_rotor_power", "W"), Named("tail_rotor_power", "W")),
+        x=x,
+        p=p,
+        r=ca.vertcat(response.loads.force[2], response.flap_residual[:: model.coefficient_count]),
+        y=ca.vertcat(response.loads.power, tail.power),
+    )
+
+
+def flat_pitch_power(aircraft: Aircraft, *, altitude: float, isa_offset: float = 0.0) -> float:
+    """Power of both rotors [W] at flat pitch, nominal rotor speed and twist, at a pressure altitude [m].
+
+    Raises :class:`NoSolutionError` if the collective of zero thrust is not found.
+    """
+    rotor = aircraft.main_rotor
+    place = {"altitude": altitude, "isa_offset": isa_offset}
+    state = {"rotor_speed": rotor.nominal_rotor_speed, "twist": rotor.twist}
+    solution = flat_pitch_system(aircraft).solve({**place, **state}, method="newton")
+    if not solution.success:
+        raise NoSolutionError(f"idle at {altitude:g} m: {solution.message}")
+    return solution.outputs["main_rotor_power"] + solution.outputs["tail_rotor_power"]
