@@ -153,9 +153,14 @@ class Helicopter:
         return solution if position >= 1.0 else failed
 
     def engine_state(
-        self, power: float, flight: Mapping[str, float], *, method: Literal["ipopt", "newton"] = "newton"
+        self,
+        power: float,
+        flight: Mapping[str, float],
+        *,
+        guess: Solution | None = None,
+        method: Literal["ipopt", "newton"] = "newton",
     ) -> Solution:
-        """Gas path of one engine at shaft power [W] in ``flight``."""
+        """Gas path of one engine at shaft power [W] in ``flight``, from a neighbour's solution or the design point."""
         air = standard_air(flight["altitude"], flight["isa_offset"])
         demand = {
             "demand": power,
@@ -166,7 +171,9 @@ class Helicopter:
             "bleed_fraction": 0.0,
             "power_offtake": 0.0,
         }
-        return gas_path(self.engine, "power").solve(demand, method=method)
+        system = gas_path(self.engine, "power")
+        solution = system.solve(demand, guess, method=method)
+        return solution if solution.success or guess is None else system.solve(demand, method=method)
 
     def point(
         self,
@@ -183,7 +190,7 @@ class Helicopter:
             return self._unsolved(flight, trim, limits)
         power = self.aircraft.transmission.power_per_engine(rotor_power)
         engine = self.engine_state(power, flight, method=method)
-        usages = self._usages(flight, trim, engine, power, limits)
+        usages = self.usages(flight, trim, engine, power, limits)
         classification, reason = (
             _classify(usages, trim, engine, power, limits)
             if engine.success
@@ -218,7 +225,7 @@ class Helicopter:
             solution=trim,
         )
 
-    def _usages(
+    def usages(
         self, flight: Mapping[str, float], trim: Solution, engine: Solution, power: float, limits: Limits
     ) -> dict[str, float]:
         """Usage of each limit (1 = at the limit), in the order of LIMIT_NAMES."""

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from vrsopt.aircraft import data_hash
 from vrsopt.limits import Limits
-from vrsopt.operating_point import helicopter
+from vrsopt.operating_point import MODEL_VERSION, helicopter
 from vrsopt.surrogate.database import PointRecord
+from vrsopt.surrogate.sampling import Sampling
+from vrsopt.surrogate.sampling import sample as sample_points
 
 OUTPUTS = (
     "main_rotor_power",  # W
@@ -31,6 +34,35 @@ def model_data_hash() -> str:
     """Hash of the aircraft and engine numbers behind :func:`evaluate`."""
     machine = helicopter(AIRCRAFT)
     return data_hash(machine.aircraft, machine.engine)
+
+
+def sample(
+    path: Path | str,
+    *,
+    samples: int = 1500,
+    seed: int = 1,
+    workers: int = 2,
+    resume: bool = False,
+    progress: bool = False,
+) -> Sampling:
+    """Sample the physics into the design of experiments ``path`` until ``samples`` points are flyable.
+
+    Latin-hypercube blocks over the box of the study in mass, altitude, airspeed, rotor speed and twist, seeded by
+    ``seed``; the rows do not depend on ``workers``. With ``resume`` an interrupted file is continued. Raises
+    :class:`InputError` for a file that exists (without ``resume``) or belongs to another model, data, seed or design.
+    """
+    return sample_points(
+        path,
+        evaluate=evaluate,
+        outputs=OUTPUTS,
+        model_version=MODEL_VERSION,
+        data_hash=model_data_hash(),
+        samples=samples,
+        seed=seed,
+        workers=workers,
+        resume=resume,
+        progress=progress,
+    )
 
 
 def reference_climb_sine(speed: Any) -> Any:
