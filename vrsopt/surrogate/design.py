@@ -2,7 +2,7 @@
 
 A point is level flight at load factor one on a standard day. Powers in climb and descent are sampled beside it at a
 reference climb angle of either sign: flight-path angle then enters the surrogate as a parabola through three points,
-which holds to 0.2 % of power, without a sixth variable.
+which holds to a few hundred watts per engine, without a sixth variable.
 """
 
 from __future__ import annotations

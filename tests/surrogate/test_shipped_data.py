@@ -1,0 +1,102 @@
+"""The shipped design of experiments and surrogate: of this model, reproducible, accurate, small."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from vrsopt.errors import InputError
+from vrsopt.operating_point import MODEL_VERSION
+from vrsopt.residual import TOLERANCE
+from vrsopt.surrogate import store
+from vrsopt.surrogate.database import Database
+from vrsopt.surrogate.design import AIRCRAFT, OUTPUTS, evaluate, model_data_hash
+from vrsopt.surrogate.sampling import NAMES
+from vrsopt.surrogate.training import fit
+
+DATA = resources.files("vrsopt") / "data"
+
+
+@pytest.fixture(scope="module")
+def design():
+    with resources.as_file(DATA / "design.db") as path, Database.open(path) as database:
+        yield database
+
+
+@pytest.fixture(scope="module")
+def surrogate():
+    with resources.as_file(DATA / "surrogate.nc") as path:
+        return store.load(path, model_version=MODEL_VERSION, data_hash=model_data_hash())
+
+
+def test_belongs_to_this_model_and_this_aircraft(design, surrogate):
+    assert design.meta.model_version == surrogate.model_version == MODEL_VERSION
+    assert design.meta.data_hash == surrogate.data_hash == model_data_hash()
+    assert design.meta.names == NAMES and design.meta.outputs == OUTPUTS
+    assert AIRCRAFT == "bo105"
+
+
+def test_random_rows_are_recomputed(design):
+    rows = design.dataset()
+    chosen = np.random.default_rng(20).choice(len(rows.point), 10, replace=False)
+    for k in chosen:
+        row = rows.isel(point=int(k))
+        record = evaluate({name: float(row[name]) for name in NAMES})
+        assert record.status == str(row.status.values)
+        for name in OUTPUTS:
+            stored = float(row[name])
+            if np.isfinite(stored):
+                assert record.outputs[name] == pytest.approx(stored, rel=1e-6)
+            else:
+                assert name not in record.outputs
+
+
+def test_counts_and_residuals(design):
+    rows = design.dataset()
+    status = rows.status.values
+    assert np.sum(status == "ok") == 1500
+    below_limit = status != "stalled"
+    assert np.sum(status == "not converged") <= 0.005 * np.sum(below_limit)
+    assert rows.residual_norm.values[status == "ok"].max() < TOLERANCE
+    unexplained = [reason for reason, s in zip(rows.reason.values, status, strict=True) if s != "ok" and not reason]
+    assert not unexplained
+
+
+def test_leave_one_out_of_the_fuel_flow(surrogate):
+    fuel = surrogate.accuracy["fuel_flow"]
+    assert fuel.pearson_percent >= 99.9
+    assert fuel.mean_abs_error_percent <= 0.1
+    assert surrogate.accuracy["main_rotor_power"].mean_abs_error_percent <= 0.1
+
+
+def test_size_of_the_package_data():
+    total = sum((DATA / name).read_bytes().__len__() for name in ("design.db", "surrogate.nc"))
+    assert total <= 3_000_000
+
+
+@pytest.mark.slow
+def test_shipped_surrogate_is_the_fit_of_the_shipped_design(surrogate):
+    with resources.as_file(DATA / "design.db") as path:
+        again = fit(path)
+    point = np.array([[2000.0, 300.0, 40.0, 40.0, 0.18]])
+    for name in ("main_rotor_power", "fuel_flow", "climb_rotor_power"):
+        assert again.surrogate.models[name].predict(point) == pytest.approx(
+            surrogate.models[name].predict(point), rel=1e-4
+        )
+    assert again.flyable == 1500 and again.converged > again.flyable
+    for accuracy in again.converged_accuracy.values():
+        assert accuracy.pearson_percent > 90.0
+
+
+@pytest.mark.slow
+def test_the_study_s_correlation_reaches_its_accuracy():
+    """Targets of the reference study for the fuel flow: correlation 99.6 %, error 1.2 %."""
+    with resources.as_file(DATA / "design.db") as path:
+        fuel = fit(path, correlation="exponential").flyable_accuracy["fuel_flow"]
+    assert fuel.pearson_percent >= 99.6
+    assert fuel.mean_abs_error_percent <= 1.2
+
+
+def test_another_model_version_is_refused(tmp_path):
+    with resources.as_file(DATA / "surrogate.nc") as path, pytest.raises(InputError, match="model version"):
+        store.load(path, model_version="0")
