@@ -1,0 +1,217 @@
+"""The main job on the rescue mission: every schedule, on the surrogate and on the physics."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vrsopt.errors import InputError, NoSolutionError
+from vrsopt.mission.file import mission_from, read_mission
+from vrsopt.mission.profile import Profile
+from vrsopt.operating_point import helicopter
+from vrsopt.quantity import read_toml
+from vrsopt.residual import TOLERANCE
+from vrsopt.schedule.compare import Comparison, schedule_settings, solve
+from vrsopt.schedule.pointwise import pointwise_schedule
+from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.surrogate_path import SurrogateAircraft
+from vrsopt.schedule.trajectory import TrajectoryProblem
+
+SARM = Path(__file__).parents[2] / "problems" / "sarm.toml"
+
+
+def hop(**changes):
+    """A short mission: hover, climb, cruise, descent, hover."""
+    data = {
+        "name": "hop",
+        "aircraft": "bo105",
+        "start": "A",
+        "places": {
+            "A": {"latitude_deg": 48.0, "longitude_deg": 11.0, "elevation_m": 100.0},
+            "B": {"latitude_deg": 48.1, "longitude_deg": 11.0, "elevation_m": 100.0},
+        },
+        "loading": {"empty_kg": 1300.0, "crew_kg": 170.0, "equipment_kg": {"cabin": 200.0}},
+        "tasks": [
+            {"kind": "idle", "duration_s": 30.0},
+            {"kind": "hover", "duration_s": 60.0},
+            {"kind": "climb", "altitude_m": 400.0},
+            {"kind": "cruise", "to": "B", "speed_m_s": 50.0},
+            {"kind": "descent"},
+            {"kind": "hover", "duration_s": 60.0},
+        ],
+    }
+    data["loading"] |= changes.pop("loading", {})
+    return mission_from(data | changes, where="hop")
+
+
+@pytest.fixture(scope="module")
+def sarm() -> Comparison:
+    return solve(SARM)
+
+
+@pytest.mark.slow
+class TestRescueMission:
+    def test_every_schedule_succeeds_on_surrogate_and_physics(self, sarm):
+        assert sarm.success
+        assert set(sarm.results) == {"nominal", "pointwise", "pointwise_rate_limited", "trajectory"}
+        for result in sarm.results.values():
+            assert result.flight.success and result.physics.success
+            assert result.physics.residual_norm < TOLERANCE
+
+    def test_the_physics_confirms_the_fuel(self, sarm):
+        for result in sarm.results.values():
+            assert result.physics.fuel == pytest.approx(result.flight.fuel, rel=1.5e-3)
+            assert result.fuel_physics_delta_percent == pytest.approx(result.fuel_delta_percent, abs=0.1)
+
+    def test_take_off_mass_leaves_exactly_the_reserve(self, sarm):
+        loading = sarm.loading
+        assert loading.fuel_loaded - loading.fuel_burned == pytest.approx(loading.reserve_fuel, abs=2e-6)
+        assert sarm.results["nominal"].flight.mass[-1] == pytest.approx(1615.0 + loading.reserve_fuel, abs=1e-5)
+
+    def test_trajectory_keeps_its_rates_and_costs_no_more_than_the_rate_limited_search(self, sarm):
+        trajectory, limited = sarm.results["trajectory"].flight, sarm.results["pointwise_rate_limited"].flight
+        for flight in (trajectory, limited):
+            assert flight.max_rotor_speed_rate <= 0.01 * 44.4 * (1 + 1e-6)
+            assert flight.max_twist_rate <= np.radians(1.0) * (1 + 1e-6)
+        assert trajectory.fuel <= limited.fuel * 1.0002
+
+    def test_resimulation_confirms_the_nlp(self, sarm):
+        solver = sarm.summary()["solver"]
+        assert abs(solver["resimulation_error"]) < 1e-4
+        assert solver["iterations"] <= 60
+
+    def test_schedules_save_fuel_and_order_as_they_must(self, sarm):
+        fuel = {name: result.flight.fuel for name, result in sarm.results.items()}
+        assert fuel["pointwise"] < fuel["pointwise_rate_limited"] < fuel["nominal"]
+        closed = sarm.results["trajectory"].fuel_delta_closed_percent
+        assert closed < sarm.results["trajectory"].fuel_delta_percent < 0
+
+    def test_ends_and_idle_are_nominal(self, sarm):
+        schedule = sarm.results["trajectory"].schedule
+        idle = [k for k, segment in enumerate(sarm.profile.segments) if segment.kind == "idle"]
+        still = np.isin(schedule.segment, idle)
+        assert schedule.rotor_speed[still] == pytest.approx(44.4, rel=1e-6)
+        assert schedule.twist[still] == pytest.approx(np.radians(8.0), rel=1e-6)
+
+    def test_genetic_search_finds_the_optimum_of_the_nested_grids(self, sarm):
+        machine = helicopter("bo105")
+        settings = schedule_settings(sarm.mission, machine)
+        make = SurrogateAircraft(_surrogate(), sarm.limits)
+        exact = pointwise_schedule(
+            sarm.profile, make, takeoff_mass=sarm.loading.takeoff_mass, settings=settings, method="batched"
+        )
+        grid = FlightGrid(sarm.profile, make)
+        fuel = grid.fly(exact, takeoff_mass=sarm.loading.takeoff_mass).fuel
+        assert sarm.results["pointwise"].flight.fuel == pytest.approx(fuel, rel=1e-4)
+
+
+def _surrogate():
+    from vrsopt.schedule.compare import _shipped
+    from vrsopt.surrogate.design import model_data_hash
+
+    return _shipped(model_data_hash())
+
+
+def test_without_rates_and_inertia_the_trajectory_is_the_pointwise_optimum():
+    mission = read_mission(SARM)
+    profile, machine = Profile.of(mission), helicopter("bo105")
+    settings = replace(schedule_settings(mission, machine), rotor_speed_rate=None, twist_rate=None)
+    limits = solve_limits(mission)
+    make = SurrogateAircraft(_surrogate(), limits, kinetic_energy=False)
+    trajectory = TrajectoryProblem(profile, make, settings=settings, ends="free").solve(1855.0)
+    assert trajectory.success
+    pointwise = pointwise_schedule(profile, make, takeoff_mass=1855.0, settings=settings, method="batched")
+    grid = FlightGrid(profile, make)
+    fuel = [grid.fly(schedule, takeoff_mass=1855.0).fuel for schedule in (trajectory.schedule, pointwise)]
+    assert fuel[0] == pytest.approx(fuel[1], rel=5e-4)
+
+
+def solve_limits(mission):
+    from vrsopt.limits import Limits
+
+    machine = helicopter(mission.aircraft)
+    return Limits(machine.aircraft, machine.engine, mission.limits.limits, mission.limits.manoeuvre_margin)
+
+
+def test_a_short_mission_from_python():
+    comparison = solve(hop(), schedules=("nominal", "trajectory"), workers=1)
+    assert comparison.success
+    summary = comparison.summary()
+    assert set(summary["schedules"]) == {"nominal", "trajectory"}
+    saved = summary["schedules"]["trajectory"]
+    assert saved["fuel_delta_percent"] < -3.0
+    assert saved["co2_kg"] == pytest.approx(3.156 * saved["fuel_kg"], rel=2e-3)
+    assert comparison.band.lower.shape == comparison.band.upper.shape
+    assert np.all(comparison.band.lower <= comparison.band.upper)
+
+
+def test_one_variable_alone_saves_less_than_both():
+    comparison = solve(hop(), schedules=("nominal", "trajectory"), variables="all", workers=1)
+    both = comparison.results["trajectory"].flight.fuel
+    speed = comparison.variants["speed_only"].results["trajectory"]
+    twist = comparison.variants["twist_only"].results["trajectory"]
+    assert both <= speed.flight.fuel * 1.0001 and both <= twist.flight.fuel * 1.0001
+    assert np.ptp(speed.schedule.twist) == 0.0
+    assert np.ptp(twist.schedule.rotor_speed) == 0.0
+    assert {"speed_only", "twist_only"} <= set(comparison.summary())
+
+
+def test_a_larger_margin_costs_fuel():
+    fuel = []
+    for margin in (1.0, 1.5):
+        mission = hop(limits={"manoeuvre_margin": margin})
+        comparison = solve(mission, schedules=("nominal", "trajectory"), workers=1)
+        fuel.append(comparison.results["trajectory"].flight.fuel)
+    assert fuel[1] > fuel[0] * 1.005
+
+
+def test_results_do_not_depend_on_the_number_of_workers():
+    one, two = (solve(hop(), schedules=("nominal", "pointwise"), workers=w).summary() for w in (1, 2))
+    assert one["schedules"] == two["schedules"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"loading": {"empty_kg": 2300.0}}, NoSolutionError, "take-off mass: at least"),
+        ({"aircraft": "helios"}, InputError, "helios"),
+    ],
+)
+def test_missions_that_can_not_be_flown_say_why(changes, error, message):
+    with pytest.raises(error, match=message):
+        solve(hop(**changes), schedules=("nominal",), workers=1)
+
+
+def test_a_pick_up_beyond_the_largest_mass_is_named():
+    data = read_toml(SARM)
+    for task in data["tasks"]:
+        if task.get("mass_change_kg"):
+            task["mass_change_kg"] *= 3
+    with pytest.raises((NoSolutionError, InputError), match="2500|mass"):
+        solve(mission_from(data, where="sarm"), schedules=("nominal",), workers=1)
+
+
+def test_more_power_than_the_engines_have_is_infeasible():
+    mission = hop(
+        loading={"empty_kg": 1900.0},
+        tasks=[
+            {"kind": "hover", "duration_s": 30.0},
+            {"kind": "climb", "altitude_m": 600.0, "speed_m_s": 60.0, "climb_angle_deg": 9.0},
+            {"kind": "cruise", "to": "B", "speed_m_s": 50.0},
+            {"kind": "descent"},
+            {"kind": "hover", "duration_s": 30.0},
+        ],
+    )
+    comparison = solve(mission, schedules=("nominal", "trajectory"), workers=1)
+    assert not comparison.success
+    for result in comparison.results.values():
+        assert not result.success
+        assert "over its limit" in result.message or "climb" in result.message
+
+
+def test_bad_choices_are_named():
+    with pytest.raises(InputError, match="schedules: 'best'"):
+        solve(hop(), schedules=("best",))
+    with pytest.raises(InputError, match="variables = 'some'"):
+        solve(hop(), variables="some")
