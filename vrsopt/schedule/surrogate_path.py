@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # (mass, rotor speed, twist), by measurement: rms error of the fuel flow against the Kriging itself below 0.005 %
 POWER_DEGREES = (4, 8, 5)
-TAIL_DEGREES = (2, 8, 4)
+TAIL_DEGREES = (2, 6, 3)
 USED = ("main_rotor_power", "tail_rotor_power", "climb_rotor_power", "descent_rotor_power", "tail_blade_loading")
 LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not fit to be optimised on
 

@@ -29,6 +29,7 @@ SPEEDS = (0.70, 1.20)  # power-turbine speed, ratio
 ALTITUDES = (-50.0, 2100.0)  # m
 MACHS = (0.0, 0.24)
 DEGREES = (18, 9, 6, 2)  # by measurement: one more in any of them changes the largest error by less than a half
+TEMPERATURE_SIZES = (12, 7)  # of the power and speed axes: what the temperature needs of them for 1e-6
 CHECKS = 200  # random points on which the table states its own error
 
 
@@ -120,13 +121,15 @@ class EngineTable:
         power, speed, log_power = ca.SX.sym("power"), ca.SX.sym("speed"), ca.SX.sym("log_power")
         size = self.sizes[0] * self.sizes[1]
         c = ca.SX.sym("c", 2 * size)
-        degrees = [count - 1 for count in self.sizes]
         lower, upper = zip(self._stretch, SPEEDS, strict=True)
         inside = ca.fmax(ca.fmin(power, self.power_range[1]), self.power_range[0])
         outside, rate = power - inside, 1.0 / (inside + self.power_shift)
         results = []
-        for table in ca.vertsplit(c, size):
-            value = chebyshev.expression(table, [log_power, speed], degrees, lower=lower, upper=upper)
+        for table, kept in zip(ca.vertsplit(c, size), (self.sizes, TEMPERATURE_SIZES), strict=True):
+            # CasADi reshapes by columns: the transpose of a table in C order
+            used = ca.reshape(table, *reversed(self.sizes))[: kept[1], : kept[0]]
+            degrees = [count - 1 for count in kept]
+            value = chebyshev.expression(ca.vec(used), [log_power, speed], degrees, lower=lower, upper=upper)
             first = ca.jacobian(value, log_power)
             second = ca.jacobian(first, log_power)
             parts = ca.substitute([value, first, second], [log_power], [ca.log(inside + self.power_shift)])
@@ -165,6 +168,7 @@ def engine_table(*, isa_offset: float = 0.0, engine_data: EngineData | None = No
         return np.stack(values).reshape(2, *points.shape[:-1])
 
     table = chebyshev.coefficients(solved(chebyshev.grid(lower, upper, DEGREES)), 4)
+    table[1, TEMPERATURE_SIZES[0] :] = table[1, :, TEMPERATURE_SIZES[1] :] = 0.0
     checks = np.random.default_rng(0).uniform(lower, upper, (CHECKS, 4))
     error = np.abs(chebyshev.evaluate(table, checks, lower=lower, upper=upper) / solved(checks) - 1.0).max(axis=1)
     return EngineTable(isa_offset, power_range, shift, table, (float(error[0]), float(error[1])))
