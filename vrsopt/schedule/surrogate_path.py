@@ -208,8 +208,13 @@ class SurrogatePath:
         lower, upper = self.plant.lower, self.plant.upper
         point = np.broadcast_arrays(np.where(idle > 0, 0.5 * (lower[0] + upper[0]), weight), Omega, tw)
         points = np.stack(point, axis=-1)
-        rotor_power = chebyshev.evaluate(self.power_series[self.condition], points, lower=lower, upper=upper)
-        tail_loading = chebyshev.evaluate(self.tail_series[self.condition], points, lower=lower, upper=upper)
+        _check_inside(points, lower, upper)
+        rotor_power = chebyshev.evaluate(
+            self.power_series[self.condition], points, lower=lower, upper=upper, extrapolate=True
+        )
+        tail_loading = chebyshev.evaluate(
+            self.tail_series[self.condition], points, lower=lower, upper=upper, extrapolate=True
+        )
         power = self.plant.engine_power(rotor_power, Omega, rate)
         ratio = np.broadcast_to(Omega / self._nominal, power.shape)
         fuel, temperature = self.plant.table.evaluate(self.engine_series[self.condition], power, ratio)
@@ -268,6 +273,17 @@ class SurrogatePath:
     @property
     def _engines(self) -> int:
         return self.plant.limits.aircraft.transmission.engines
+
+
+def _check_inside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
+    """Raises :class:`InputError` that names the first variable outside the sampled box; nan passes, and shows."""
+    allowance = 1e-6 * (upper - lower)
+    names = ("load factor times mass", "rotor speed", "twist")
+    for k, (name, unit) in enumerate(zip(names, ("kg", "rad/s", "rad"), strict=True)):
+        outside = (points[..., k] < lower[k] - allowance[k]) | (points[..., k] > upper[k] + allowance[k])
+        if np.any(outside):
+            value = points[..., k][outside][0]
+            raise InputError(f"surrogate: {name} = {value:.6g} {unit}: sampled from {lower[k]:g} to {upper[k]:g}")
 
 
 def _flat(values: list[np.ndarray]) -> bool:
