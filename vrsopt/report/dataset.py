@@ -1,0 +1,241 @@
+"""A comparison as a data set: every time series with its units, and what is needed to repeat it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import platform
+import struct
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vrsopt.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vrsopt.schedule.compare import Comparison
+
+FORMAT, FORMAT_VERSION = "vrsopt result", "1"
+DIMENSIONS = {"schedule", "limit", "node", "physics_node", "band_node", "segment"}
+RENAMED = {"variables": "free_variables"}  # scipy's NetCDF files have an attribute "variables" of their own
+# What xarray and scipy raise on bytes that are no such file, or on one that was cut or damaged.
+UNREADABLE = (ValueError, TypeError, KeyError, IndexError, AttributeError, EOFError, OverflowError, struct.error)
+
+Variables = dict[str, tuple[Any, Any, dict[str, str]]]
+
+
+def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
+    """``comparison`` (without its variants) and the text of its mission file.
+
+    Dimensions: ``schedule``; ``limit``; ``node``, the fine grid on which schedules are flown on the surrogate;
+    ``physics_node``, that on which they are flown on the physics; ``band_node``, the decision nodes in flight;
+    ``segment``. Both ends of every segment are nodes, so times at edges occur twice. Units are in the attributes.
+    """
+    import xarray as xr
+
+    results = comparison.results
+    first = next(iter(results.values()))
+    variables = (
+        _profile(comparison) | _schedules(comparison) | _physics(comparison) | _band(comparison) | _segments(comparison)
+    )
+    variables |= {
+        "schedule": ("schedule", np.array(list(results)), {"long_name": "name of the schedule"}),
+        "limit": ("limit", np.array(list(first.flight.time_on_limits)), {"long_name": "name of the limit"}),
+    }
+    return xr.Dataset(variables, attrs=_attributes(comparison, mission_text)).set_coords(
+        ["time", "physics_time", "band_time"]
+    )
+
+
+def netcdf(dataset: xr.Dataset) -> bytes:
+    """The data set as a NetCDF file (classic format, 64-bit offsets): numbers and text, nothing that can be run."""
+    return bytes(dataset.to_netcdf(None, engine="scipy", format="NETCDF3_64BIT"))
+
+
+def read_result(path: Path | str) -> xr.Dataset:
+    """The data set of a ``result.nc``, loaded whole; see :func:`result_dataset`.
+
+    Raises :class:`InputError` for a file that is missing, foreign, damaged or of another format version.
+    """
+    import xarray as xr
+
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: can not be read: {error.strerror}") from None
+    try:
+        with xr.open_dataset(io.BytesIO(content), engine="scipy", decode_times=False) as lazy:
+            dataset = lazy.load()
+    except UNREADABLE:
+        raise InputError(f"{path}: not a result: no readable NetCDF file") from None
+    if dataset.attrs.get("format") != FORMAT:
+        raise InputError(f"{path}: not a result: no attribute format = {FORMAT!r}")
+    if dataset.attrs.get("format_version") != FORMAT_VERSION:
+        found = dataset.attrs.get("format_version")
+        raise InputError(f"{path}: format_version = {found!r}: this version reads {FORMAT_VERSION!r}")
+    missing = DIMENSIONS - set(map(str, dataset.dims))
+    if missing:
+        raise InputError(f"{path}: not a complete result: dimension {sorted(missing)[0]} is missing")
+    return dataset
+
+
+def _attributes(comparison: Comparison, mission_text: str) -> dict[str, Any]:
+    loading, trajectory = comparison.loading, comparison.trajectory
+    attributes: dict[str, Any] = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "mission": comparison.mission.name,
+        "mission_text": mission_text,
+        "mission_sha256": hashlib.sha256(mission_text.encode()).hexdigest(),
+        **{RENAMED.get(name, name): str(value) for name, value in comparison.provenance.items()},
+        "python_version": platform.python_version(),
+        **{f"{name}_version": version(name) for name in ("vrsopt", "casadi", "numpy", "scipy", "pymoo")},
+        "takeoff_mass_kg": loading.takeoff_mass,
+        "fuel_loaded_kg": loading.fuel_loaded,
+        "reserve_fuel_kg": loading.reserve_fuel,
+        "duration_s": comparison.profile.duration,
+        "isa_offset_k": comparison.profile.isa_offset,
+        "nominal_rotor_speed_rad_s": comparison.settings.nominal_rotor_speed,
+        "nominal_twist_deg": math.degrees(comparison.settings.nominal_twist),
+    }
+    if trajectory is not None:
+        attributes["trajectory_residual_norm"] = trajectory.max_residual
+        attributes["trajectory_iterations"] = float(trajectory.iterations)
+    return attributes
+
+
+def _profile(comparison: Comparison) -> Variables:
+    """The mission on the fine grid."""
+    profile, flight = comparison.profile, next(iter(comparison.results.values())).flight
+    nodes = profile.conditions(flight.segment, flight.time)
+    latitude, longitude = profile.positions(flight.segment, flight.time)
+    return {
+        "time": ("node", flight.time, _attrs("s", "time from the start of the mission")),
+        "segment_index": ("node", flight.segment.astype("i4"), _attrs("1", "index of the segment")),
+        "speed": ("node", nodes.speed, _attrs("m/s", "true airspeed")),
+        "altitude": ("node", nodes.altitude, _attrs("m", "pressure altitude")),
+        "climb_angle": ("node", nodes.climb_angle, _attrs("rad", "flight-path angle")),
+        "load_factor": ("node", nodes.load_factor, _attrs("1", "load factor")),
+        "idle": ("node", nodes.idle.astype("i1"), _attrs("1", "1 on the ground at flat pitch")),
+        "latitude": ("node", latitude, _attrs("degrees_north", "latitude, WGS 84")),
+        "longitude": ("node", longitude, _attrs("degrees_east", "longitude, WGS 84")),
+    }
+
+
+def _schedules(comparison: Comparison) -> Variables:
+    """The schedules flown on the surrogate, and their totals."""
+    results = list(comparison.results.values())
+    flights = [result.flight for result in results]
+    each, usage = ("schedule", "node"), ("schedule", "limit", "node")
+    percent = 100 / comparison.settings.nominal_rotor_speed
+    limits = np.array([flight.limits for flight in flights])
+    shares = np.array([list(flight.time_on_limits.values()) for flight in flights])
+    return {
+        "mass": (each, np.array([flight.mass for flight in flights]), _attrs("kg", "gross mass")),
+        "rotor_speed_percent": (
+            each,
+            percent * np.array([flight.rotor_speed for flight in flights]),
+            _attrs("%", "rotor speed over nominal"),
+        ),
+        "twist_deg": (
+            each,
+            np.degrees([flight.twist for flight in flights]),
+            _attrs("deg", "blade twist, washout positive"),
+        ),
+        "fuel_flow": (
+            each,
+            np.array([flight.fuel_flow for flight in flights]),
+            _attrs("kg/s", "fuel flow of both engines"),
+        ),
+        "power_per_engine": (
+            each,
+            np.array([flight.power_per_engine for flight in flights]),
+            _attrs("W", "shaft power of one engine"),
+        ),
+        "limit_usage": (
+            usage,
+            np.where(np.isfinite(limits), 1.0 + limits, np.nan),
+            _attrs("1", "value over allowed value; not a number in idle"),
+        ),
+        "time_on_limits": (("schedule", "limit"), shares, _attrs("1", "share of the time on the limit")),
+        "fuel": ("schedule", np.array([flight.fuel for flight in flights]), _attrs("kg", "fuel burned")),
+        "co2": ("schedule", np.array([result.co2 for result in results]), _attrs("kg", "carbon dioxide")),
+        "quadrature_error": (
+            "schedule",
+            np.array([flight.quadrature_error for flight in flights]),
+            _attrs("kg", "error of the fuel burned"),
+        ),
+        "success": (
+            "schedule",
+            np.array([result.success for result in results], dtype="i1"),
+            _attrs("1", "1 if flyable"),
+        ),
+        "message": (
+            "schedule",
+            np.array([result.message for result in results]),
+            {"long_name": "what there is to say"},
+        ),
+    }
+
+
+def _physics(comparison: Comparison) -> Variables:
+    """The schedules flown on the physics, and their totals."""
+    flights = [result.physics for result in comparison.results.values()]
+    each, usage = ("schedule", "physics_node"), ("schedule", "limit", "physics_node")
+    return {
+        "physics_time": ("physics_node", flights[0].time, _attrs("s", "time from the start of the mission")),
+        "physics_segment_index": ("physics_node", flights[0].segment.astype("i4"), _attrs("1", "index of the segment")),
+        "physics_mass": (each, np.array([flight.mass for flight in flights]), _attrs("kg", "gross mass")),
+        "physics_fuel_flow": (
+            each,
+            np.array([flight.fuel_flow for flight in flights]),
+            _attrs("kg/s", "fuel flow of both engines"),
+        ),
+        "physics_limit_usage": (
+            usage,
+            np.array([flight.usages for flight in flights]),
+            _attrs("1", "value over allowed value; not a number in idle"),
+        ),
+        "physics_fuel": ("schedule", np.array([flight.fuel for flight in flights]), _attrs("kg", "fuel burned")),
+        "physics_quadrature_error": (
+            "schedule",
+            np.array([flight.quadrature_error for flight in flights]),
+            _attrs("kg", "error of the fuel burned"),
+        ),
+        "physics_residual_norm": (
+            "schedule",
+            np.array([flight.residual_norm for flight in flights]),
+            _attrs("1", "largest scaled residual of trim and engine"),
+        ),
+    }
+
+
+def _band(comparison: Comparison) -> Variables:
+    band, percent = comparison.band, 100 / comparison.settings.nominal_rotor_speed
+    what = "rotor speed within 0.5 % of the least fuel flow"
+    return {
+        "band_time": ("band_node", band.time, _attrs("s", "time from the start of the mission")),
+        "band_segment_index": ("band_node", band.segment.astype("i4"), _attrs("1", "index of the segment")),
+        "band_lower_percent": ("band_node", percent * band.lower, _attrs("%", f"lowest {what}")),
+        "band_upper_percent": ("band_node", percent * band.upper, _attrs("%", f"highest {what}")),
+    }
+
+
+def _segments(comparison: Comparison) -> Variables:
+    segments = comparison.profile.segments
+    return {
+        "task": ("segment", np.array([segment.task for segment in segments]), {"long_name": "task of the segment"}),
+        "kind": ("segment", np.array([segment.kind for segment in segments]), {"long_name": "kind of the task"}),
+        "start": ("segment", np.array([segment.start for segment in segments]), _attrs("s", "time of the start")),
+        "end": ("segment", np.array([segment.end for segment in segments]), _attrs("s", "time of the end")),
+        "mass_change": ("segment", comparison.profile.mass_changes, _attrs("kg", "mass added at the start")),
+    }
+
+
+def _attrs(units: str, text: str) -> dict[str, str]:
+    return {"units": units, "long_name": text}

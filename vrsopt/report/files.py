@@ -1,0 +1,92 @@
+"""The files of a result: ``summary.json``, ``result.nc``, ``report.html`` and the figures as PNG.
+
+All of them are made in a hidden folder first and moved to their places at the end: whatever fails on the way leaves
+nothing half written, and files of other names are never touched.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vrsopt.errors import InputError
+from vrsopt.report.dataset import netcdf, read_result, result_dataset
+from vrsopt.report.page import report_page
+from vrsopt.report.plots import figures, png
+
+if TYPE_CHECKING:
+    from vrsopt.schedule.compare import Comparison
+
+__all__ = ["read_result", "write_results"]
+
+LONG = "mission_text"  # attribute that the page shows on its own
+
+
+def write_results(comparison: Comparison, folder: Path | str, *, mission_text: str) -> list[Path]:
+    """Write all files of ``comparison`` into ``folder``, made if need be; returns their paths.
+
+    ``mission_text``: the input as the user gave it. The variants' figures and ``result.nc`` go into folders of
+    the variants' names. Files of a former result are replaced.
+
+    Raises :class:`InputError` (one line) for a folder that can not be used.
+    """
+    contents = _contents(comparison, mission_text)
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        _check_places(target, contents)
+        # inside the folder, not beside it: the same file system even where the folder is a mount
+        with tempfile.TemporaryDirectory(dir=target, prefix=".vrsopt-") as temporary:
+            for name, content in contents.items():
+                made = Path(temporary) / name
+                made.parent.mkdir(exist_ok=True)
+                made.write_bytes(content)
+            for name in contents:
+                (target / name).parent.mkdir(exist_ok=True)
+                os.replace(Path(temporary) / name, target / name)
+    except FileExistsError as error:
+        raise InputError(f"{error.filename}: is a file: a folder is needed") from None
+    except OSError as error:
+        raise InputError(f"{target}: can not be written: {error.strerror}") from None
+    return [target / name for name in contents]
+
+
+def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
+    """Every file by its name in the folder."""
+    contents: dict[str, bytes] = {}
+    pictures: dict[str, dict[str, bytes]] = {}
+    attributes: dict[str, Any] = {}
+    for key, case in {"": comparison, **comparison.variants}.items():
+        place = f"{key}/" if key else ""
+        pictures[key] = {name: png(figure) for name, figure in figures(case).items()}
+        contents |= {f"{place}{name}.png": picture for name, picture in pictures[key].items()}
+        dataset = result_dataset(case, mission_text=mission_text)
+        contents[f"{place}result.nc"] = netcdf(dataset)
+        attributes = attributes or {name: value for name, value in dataset.attrs.items() if name != LONG}
+    page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes)
+    summary = json.dumps(_strict(comparison.summary()), indent=2, allow_nan=False, ensure_ascii=False)
+    contents["report.html"] = page.encode()
+    contents["summary.json"] = f"{summary}\n".encode()
+    return contents
+
+
+def _check_places(target: Path, contents: dict[str, bytes]) -> None:
+    """Refuse before anything is moved what would fail half-way: a folder in the place of a file."""
+    for name in contents:
+        if (target / name).is_dir():
+            raise InputError(f"{target / name}: is a folder: the place of a file of the result")
+        if (target / name).parent.is_file():
+            raise InputError(f"{(target / name).parent}: is a file: a folder is needed")
+
+
+def _strict(value: Any) -> Any:
+    """``value`` with None for numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _strict(item) for key, item in value.items()}
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

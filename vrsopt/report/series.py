@@ -1,0 +1,142 @@
+"""The schedules over time: what is flown, what is chosen, what it burns and how near the limits it is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vrsopt.report.style import (
+    GREY,
+    LIMIT_COLOURS,
+    MINUTE,
+    NORMAL,
+    SCHEDULE_STYLES,
+    SMALL,
+    at_segments,
+    draw_tasks,
+    kind_handles,
+    kinds_of,
+    name_tasks,
+    new_figure,
+    tidy,
+)
+from vrsopt.report.tables import label, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+    from vrsopt.schedule.compare import Comparison
+
+BOUND: dict[str, Any] = {"color": "#666666", "linestyle": ":", "linewidth": 1.0}
+FOREMOST = ("trajectory", "pointwise_rate_limited", "pointwise", "nominal")  # whose use of the limits is shown
+
+
+def schedule_figure(comparison: Comparison) -> Figure:
+    """Speed, altitude, rotor speed, twist, fuel flow and use of the limits over the mission, tasks along the top."""
+    figure = new_figure(10.0, 11.5)
+    heights = [0.35, 0.8, 0.8, 1.7, 1.3, 1.3, 1.5]
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    draw_tasks(axes[0], comparison.profile)
+    _flight(axes[1], axes[2], comparison)
+    _rotor_speed(axes[3], comparison)
+    _twist(axes[4], comparison)
+    _fuel_flow(axes[5], comparison)
+    _limits(axes[6], comparison)
+    for panel in axes[1:]:
+        tidy(panel)
+        panel.yaxis.label.set_size(NORMAL)
+    axes[-1].set_xlabel("time, min", fontsize=NORMAL)
+    axes[-1].set_xlim(0.0, comparison.profile.duration / MINUTE)
+    figure.align_ylabels(axes[1:])
+    axes[0].set_title(f"{comparison.mission.name}: schedules", loc="left", fontsize=NORMAL + 2)
+    kinds = _legend_beside(axes[0], handles=kind_handles(kinds_of(comparison.profile)), title="task")
+    kinds.set_in_layout(False)  # reaches down beside the next panels, which have no legend
+    figure.draw_without_rendering()
+    name_tasks(axes[0], comparison.profile)
+    return figure
+
+
+def _flight(speed: Axes, altitude: Axes, comparison: Comparison) -> None:
+    nodes = comparison.profile.grid(10.0)
+    for axes, values, text in ((speed, nodes.speed, "speed, m/s"), (altitude, nodes.altitude, "altitude, m")):
+        axes.plot(nodes.time / MINUTE, values, color="black", linewidth=1.2)
+        axes.set_ylabel(text)
+        axes.set_ylim(bottom=0.0)
+        axes.margins(y=0.12)
+
+
+def _rotor_speed(axes: Axes, comparison: Comparison) -> None:
+    settings, band = comparison.settings, comparison.band
+    percent = 100 / settings.nominal_rotor_speed
+    pieces = zip(*(at_segments(band.segment, values) for values in (band.time, band.lower, band.upper)), strict=True)
+    for number, (time, low, high) in enumerate(pieces):
+        text = "within 0.5 % of least fuel" if number == 0 else None
+        axes.fill_between(time / MINUTE, percent * low, percent * high, color=GREY, alpha=0.4, lw=0, label=text)
+    _lines(axes, comparison, {name: percent * result.flight.rotor_speed for name, result in comparison.results.items()})
+    _bounds(axes, [percent * bound for bound in settings.rotor_speed_bounds])
+    axes.set_ylabel("rotor speed, %")
+    _legend_beside(axes, title="schedule")
+
+
+def _twist(axes: Axes, comparison: Comparison) -> None:
+    _lines(axes, comparison, {name: np.degrees(result.flight.twist) for name, result in comparison.results.items()})
+    _bounds(axes, [math.degrees(bound) for bound in comparison.settings.twist_bounds])
+    axes.set_ylabel("blade twist, deg")
+    handles, labels = axes.get_legend_handles_labels()
+    _legend_beside(axes, handles=handles[-1:], labels=labels[-1:])
+
+
+def _fuel_flow(axes: Axes, comparison: Comparison) -> None:
+    _lines(axes, comparison, {name: 3600 * result.flight.fuel_flow for name, result in comparison.results.items()})
+    axes.set_ylabel("fuel flow, kg/h")
+
+
+def _limits(axes: Axes, comparison: Comparison) -> None:
+    """Use of every limit by the schedule that matters most."""
+    name = next(name for name in FOREMOST if name in comparison.results)
+    flight = comparison.results[name].flight
+    time = flight.time / MINUTE
+    for row, colour, limit in zip(flight.limits, LIMIT_COLOURS, flight.time_on_limits, strict=True):
+        axes.plot(time, _usage_percent(row), color=colour, linewidth=1.1, label=limit)
+    axes.axhline(100.0, **BOUND, label="limit")
+    axes.set_ylabel("use of limits, %")
+    axes.set_ylim(bottom=0.0)
+    _legend_beside(axes, title=f"limits, {label(name)}")
+
+
+def _lines(axes: Axes, comparison: Comparison, values: dict[str, np.ndarray]) -> None:
+    """One line per schedule over the fine grid."""
+    for name, series in values.items():
+        colour, style, width = SCHEDULE_STYLES[name]
+        result = comparison.results[name]
+        text = label(name) if result.success else f"{label(name)} ({verdict(result).partition(':')[0]})"
+        axes.plot(result.flight.time / MINUTE, series, color=colour, linestyle=style, linewidth=width, label=text)
+
+
+def _bounds(axes: Axes, bounds: list[float]) -> None:
+    for text, bound in zip(("bounds", None), bounds, strict=True):
+        axes.axhline(bound, **BOUND, label=text)
+    axes.margins(y=0.08)
+
+
+def _legend_beside(axes: Axes, **options: Any) -> Legend:
+    """A legend to the right of the axes, outside the data."""
+    return axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1.0),
+        fontsize=SMALL,
+        title_fontsize=SMALL,
+        frameon=False,
+        alignment="left",
+        borderaxespad=0.0,
+        **options,
+    )
+
+
+def _usage_percent(limits: np.ndarray) -> np.ndarray:
+    """Use of a limit in per cent; idle, where there is none, as nan."""
+    return np.where(np.isfinite(limits), 100.0 * (1.0 + limits), np.nan)

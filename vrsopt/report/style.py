@@ -1,0 +1,152 @@
+"""What the figures share: colours that the colour-blind can tell apart, fonts, tasks and their names along an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from vrsopt.mission.profile import Profile
+
+# Okabe and Ito's palette
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE, GREY = (
+    "#000000",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#F0E442",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+    "#999999",
+)
+KIND_COLOURS: Mapping[str, str] = {
+    "idle": GREY,
+    "hover": YELLOW,
+    "climb": ORANGE,
+    "cruise": SKY,
+    "descent": PURPLE,
+    "loiter": GREEN,
+    "search": BLUE,
+}
+# colour, line style, line width: later ones are drawn over earlier ones
+SCHEDULE_STYLES: Mapping[str, tuple[str, str, float]] = {
+    "nominal": (BLACK, "--", 1.2),
+    "pointwise": (SKY, "-", 2.6),
+    "pointwise_rate_limited": (GREEN, "-", 1.4),
+    "trajectory": (VERMILION, "-", 1.1),
+}
+LIMIT_COLOURS = (VERMILION, BLUE, SKY, ORANGE, PURPLE)
+SMALL, NORMAL = 8, 9  # font sizes
+MINUTE = 60.0
+
+
+@dataclass(frozen=True)
+class TaskSpan:
+    """A task as one piece of the time line [s]."""
+
+    task: str
+    kind: str
+    start: float
+    end: float
+
+
+def task_spans(profile: Profile) -> list[TaskSpan]:
+    """The tasks in their order: neighbouring segments of one task are one span."""
+    spans: list[TaskSpan] = []
+    for segment in profile.segments:
+        if spans and (spans[-1].task, spans[-1].kind) == (segment.task, segment.kind):
+            spans[-1] = TaskSpan(segment.task, segment.kind, spans[-1].start, segment.end)
+        else:
+            spans.append(TaskSpan(segment.task, segment.kind, segment.start, segment.end))
+    return spans
+
+
+def kinds_of(profile: Profile) -> list[str]:
+    """The kinds of task that occur, in the order of the legend."""
+    present = {segment.kind for segment in profile.segments}
+    return [kind for kind in KIND_COLOURS if kind in present]
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure [inches] that draws without a display and shares no state with the user's own plots."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def renderer_of(axes: Axes) -> Any:
+    """What measures texts in pixels, of a figure of :func:`new_figure`."""
+    canvas: Any = axes.figure.canvas
+    return canvas.get_renderer()
+
+
+def tidy(axes: Axes) -> None:
+    """Grid, small ticks, no box."""
+    axes.grid(True, color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=SMALL)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def draw_tasks(axes: Axes, profile: Profile) -> None:
+    """A strip of coloured bands over the time axis [min], one per task."""
+    for span in task_spans(profile):
+        width = (span.end - span.start) / MINUTE
+        axes.broken_barh(
+            [(span.start / MINUTE, width)], (0.0, 1.0), facecolor=KIND_COLOURS[span.kind], edgecolor="white", lw=0.4
+        )
+    axes.set(ylim=(0.0, 1.0), yticks=[])
+    axes.spines[["top", "right", "left", "bottom"]].set_visible(False)
+    axes.tick_params(bottom=False, labelbottom=False)
+
+
+def name_tasks(axes: Axes, profile: Profile) -> None:
+    """Write the names into the bands of :func:`draw_tasks` that are wide enough; call it when the layout is final."""
+    renderer = renderer_of(axes)
+    for span in task_spans(profile):
+        left, right = (axes.transData.transform((at / MINUTE, 0.0))[0] for at in (span.start, span.end))
+        for words in (span.task, _two_lines(span.task), span.kind):
+            text = axes.text(
+                0.5 * (span.start + span.end) / MINUTE,
+                0.5,
+                words,
+                ha="center",
+                va="center",
+                fontsize=SMALL - 1,
+                color="white" if span.kind == "search" else "black",
+                clip_on=True,
+            )
+            if text.get_window_extent(renderer).width < 0.96 * (right - left):
+                break
+            text.remove()
+
+
+def kind_handles(kinds: Iterable[str]) -> list[Any]:
+    """Legend entries for the kinds of task."""
+    from matplotlib.patches import Patch
+
+    return [Patch(facecolor=KIND_COLOURS[kind], label=kind) for kind in kinds]
+
+
+def at_segments(segment: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
+    """``values`` cut where a new segment begins."""
+    return np.split(values, np.flatnonzero(np.diff(segment)) + 1)
+
+
+def _two_lines(words: str) -> str:
+    """The words on two lines, broken at the space nearest to the middle."""
+    spaces = [place for place, letter in enumerate(words) if letter == " "]
+    if not spaces:
+        return words
+    best = min(spaces, key=lambda place: abs(place - len(words) / 2))
+    return f"{words[:best]}\n{words[best + 1 :]}"

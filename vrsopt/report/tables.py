@@ -1,0 +1,189 @@
+"""What came out, in words and numbers: the table of schedules and the lines below it."""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from vrsopt.operating_point import SIMPLIFICATIONS
+
+if TYPE_CHECKING:
+    from vrsopt.schedule.compare import Comparison, ScheduleResult
+
+LABELS = {"pointwise_rate_limited": "pointwise, rate limited"}
+HEADINGS = (
+    "schedule",
+    "fuel kg",
+    "change %",
+    "closed %",
+    "physics kg",
+    "change %",
+    "CO2 kg",
+    "rate %/s",
+    "on limit %",
+    "verdict",
+)
+TEXTS = {"schedule": 12, "verdict": 10}  # columns of text, and the width of their longest word
+LEGEND = (
+    "change: fuel against the nominal schedule from the same take-off mass, on the surrogate and on the physics; "
+    "closed: with the take-off mass closed again, so that fuel saved need not be carried; "
+    "rate: the largest of the rotor speed; on limit: share of the time on the limit that is active longest"
+)
+NOTHING = "-"
+SHOWN_SHARE = 0.05  # per cent of the time: a limit that is active for less is not listed
+
+
+@dataclass(frozen=True)
+class Row:
+    """One schedule as texts in the order of HEADINGS; ``message`` is what there is to say about it, maybe nothing."""
+
+    name: str
+    cells: tuple[str, ...]
+    verdict: str
+    message: str
+
+
+def label(name: str) -> str:
+    """A schedule's or variant's name for people."""
+    return LABELS.get(name, name.replace("_", " "))
+
+
+def verdict(result: ScheduleResult) -> str:
+    """ "flyable", "infeasible: which limit, where, by how much" or "failed: why"."""
+    if result.success:
+        return "flyable"
+    message = result.message or "no message"
+    if message.startswith("infeasible"):
+        return message
+    broken = result.flight.violations or (not result.physics.success and math.isfinite(result.physics.fuel))
+    return f"{'infeasible' if broken else 'failed'}: {message}"
+
+
+def summary_rows(comparison: Comparison) -> list[Row]:
+    """One row per schedule. A schedule that is not flyable has no percentages: they would compare nothing."""
+    nominal = comparison.settings.nominal_rotor_speed
+    rows = []
+    for name, result in comparison.results.items():
+        judged = verdict(result)
+        deltas = (result.fuel_delta_percent, result.fuel_delta_closed_percent, result.fuel_physics_delta_percent)
+        delta, closed, physics = (_number(value if result.success else math.nan, "+.2f") for value in deltas)
+        rate = 100 * result.flight.max_rotor_speed_rate / nominal
+        cells = (
+            label(name),
+            _number(result.flight.fuel, ".2f"),
+            delta,
+            closed,
+            _number(result.physics.fuel, ".2f"),
+            physics,
+            _number(result.co2, ".1f"),
+            "jumps" if math.isinf(rate) else _number(rate, ".2f"),
+            _largest_share(result),
+            judged.partition(":")[0],
+        )
+        rows.append(Row(name, cells, judged, result.message))
+    return rows
+
+
+def remarks(comparison: Comparison) -> list[str]:
+    """A line on every schedule that is not flyable or about which there is something to say."""
+    lines = []
+    for row in summary_rows(comparison):
+        text = row.message if row.verdict == "flyable" else row.verdict
+        if text:
+            lines.append(f"{row.cells[0]}: {text}")
+    if not comparison.results["nominal"].success:
+        lines.append("The nominal schedule itself is not flyable: the changes compare with it all the same.")
+    return lines
+
+
+def footer(comparison: Comparison) -> list[str]:
+    """Masses, effort, accuracy and what the model leaves out."""
+    loading = comparison.loading
+    lines = [
+        f"Take-off mass {loading.takeoff_mass:.1f} kg with {loading.fuel_loaded:.1f} kg of fuel, reserve "
+        f"{loading.reserve_fuel:.1f} kg; duration {comparison.profile.duration:.0f} s",
+    ]
+    solver = comparison.summary().get("solver")
+    if solver:
+        lines.append(
+            f"Trajectory: {solver['iterations']} iterations, built in {solver['build_s']:.1f} s, solved in "
+            f"{solver['solve_s']:.1f} s; re-flown fuel differs by {100 * abs(solver['resimulation_error']):.4f} %"
+        )
+    lines += [_difference(comparison), _limits_reached(comparison)]
+    lines.append(f"{SIMPLIFICATIONS[0].upper()}{SIMPLIFICATIONS[1:]}.")
+    return lines
+
+
+def summary_table(comparison: Comparison) -> Group:
+    """The table of ``comparison`` and of its variants with what has to be said, for a rich console."""
+    parts: list[Table | Text] = []
+    cases = {_title(comparison): comparison}
+    cases |= {f"{comparison.mission.name}, {label(name)}": variant for name, variant in comparison.variants.items()}
+    for title, case in cases.items():
+        parts += [_table(title, case), Text(""), *(Text(line) for line in remarks(case)), Text("")]
+    parts += [Text(line) for line in (LEGEND[0].upper() + LEGEND[1:] + ".", *footer(comparison))]
+    return Group(*parts)
+
+
+def summary_text(comparison: Comparison, *, width: int = 110) -> str:
+    """:func:`summary_table` as plain text, ``width`` characters wide."""
+    console = Console(file=io.StringIO(), width=width, color_system=None)
+    with console.capture() as capture:
+        console.print(summary_table(comparison))
+    return "\n".join(line.rstrip() for line in capture.get().splitlines()) + "\n"
+
+
+def _table(title: str, comparison: Comparison) -> Table:
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", padding=0, show_edge=False)
+    for heading in HEADINGS:
+        text = heading in TEXTS
+        widest = max(len(word) for word in heading.split())
+        lines = heading if text else "\n".join(heading.rsplit(" ", 1))
+        table.add_column(lines, justify="left" if text else "right", min_width=TEXTS.get(heading, widest))
+    for row in summary_rows(comparison):
+        table.add_row(*(Text(cell) for cell in row.cells))
+    return table
+
+
+def _title(comparison: Comparison) -> str:
+    return f"{comparison.mission.name}, both variables" if comparison.variants else comparison.mission.name
+
+
+def _largest_share(result: ScheduleResult) -> str:
+    """Share of the mission time [%] on the limit that is active longest."""
+    return _number(100 * max(result.flight.time_on_limits.values(), default=math.nan), ".1f")
+
+
+def _limits_reached(comparison: Comparison) -> str:
+    """Which limits are active at all, and with which schedules."""
+    reached: dict[str, list[str]] = {}
+    for name, result in comparison.results.items():
+        for limit, share in result.flight.time_on_limits.items():
+            if 100 * share >= SHOWN_SHARE:
+                reached.setdefault(limit, []).append(f"{label(name)} {100 * share:.1f} %")
+    texts = [f"{limit} ({'; '.join(schedules)})" for limit, schedules in reached.items()]
+    return f"Time on limits: {'; '.join(texts) or 'none'}"
+
+
+def _difference(comparison: Comparison) -> str:
+    """How far the surrogate is from the physics, at worst."""
+    differences = {
+        name: 100 * (result.flight.fuel / result.physics.fuel - 1)
+        for name, result in comparison.results.items()
+        if math.isfinite(result.flight.fuel) and math.isfinite(result.physics.fuel)
+    }
+    if not differences:
+        return "Surrogate against physics: no schedule could be flown on both"
+    worst = max(differences, key=lambda name: abs(differences[name]))
+    return f"Fuel on the surrogate against the physics: at worst {differences[worst]:+.3f} % ({label(worst)})"
+
+
+def _number(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else NOTHING
