@@ -1,1 +1,116 @@
-"""Schedules of rotor speed and blade twist that save fuel over a helicopter mission."""
+"""Schedules of rotor speed and blade twist that save fuel over a helicopter mission.
+
+The verbs, in the order of the work, each also a sub-command of the command line ``vrsopt``:
+
+``trim``      the aircraft with its engines at one operating point: powers, fuel flow, controls, limits
+``engine``    one engine at a demanded power
+``sample``    the operating point at many points: a design of experiments
+``fit``       a surrogate of a design of experiments, with its leave-one-out figures
+``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
+
+What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
+shipped data or one's own. What they return: ``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and
+``Comparison``; results carry ``success`` and ``message`` and print as a short table. Two errors are meant for users:
+``InputError`` for input that can not be used, ``NoSolutionError`` for a question without an answer.
+
+SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``)::
+
+    import vrsopt
+
+    point = vrsopt.trim(2200.0, 30.0, rotor_speed=40.0)
+    print(point, point.fuel_flow)
+    comparison = vrsopt.solve("problems/sarm.toml", schedules=("nominal", "trajectory"))
+    print(comparison.summary()["schedules"]["trajectory"]["fuel_delta_percent"])
+
+Everything here loads when it is first used. What is not here has its place in a module, for instance a trajectory with
+limits and costs of one's own in ``vrsopt.schedule.trajectory``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vrsopt.aircraft import Aircraft, load_aircraft
+    from vrsopt.errors import InputError, NoSolutionError
+    from vrsopt.mission.file import Mission, read_mission
+    from vrsopt.operating_point import OperatingPoint, trim
+    from vrsopt.schedule.compare import Comparison, solve
+    from vrsopt.solvers.status import Status
+    from vrsopt.surrogate.design import sample
+    from vrsopt.surrogate.sampling import Sampling
+    from vrsopt.surrogate.store import Surrogate
+    from vrsopt.surrogate.store import load as load_surrogate
+    from vrsopt.surrogate.training import Fit, fit
+    from vrsopt.turboshaft.data import EngineData, load_engine
+    from vrsopt.turboshaft.performance import EngineResult, engine
+
+    __version__: str
+
+__all__ = [
+    "Aircraft",
+    "Comparison",
+    "EngineData",
+    "EngineResult",
+    "Fit",
+    "InputError",
+    "Mission",
+    "NoSolutionError",
+    "OperatingPoint",
+    "Sampling",
+    "Status",
+    "Surrogate",
+    "engine",
+    "fit",
+    "load_aircraft",
+    "load_engine",
+    "load_surrogate",
+    "read_mission",
+    "sample",
+    "solve",
+    "trim",
+]
+
+_HOMES = {
+    "Aircraft": "vrsopt.aircraft",
+    "Comparison": "vrsopt.schedule.compare",
+    "EngineData": "vrsopt.turboshaft.data",
+    "EngineResult": "vrsopt.turboshaft.performance",
+    "Fit": "vrsopt.surrogate.training",
+    "InputError": "vrsopt.errors",
+    "Mission": "vrsopt.mission.file",
+    "NoSolutionError": "vrsopt.errors",
+    "OperatingPoint": "vrsopt.operating_point",
+    "Sampling": "vrsopt.surrogate.sampling",
+    "Status": "vrsopt.solvers.status",
+    "Surrogate": "vrsopt.surrogate.store",
+    "engine": "vrsopt.turboshaft.performance",
+    "fit": "vrsopt.surrogate.training",
+    "load_aircraft": "vrsopt.aircraft",
+    "load_engine": "vrsopt.turboshaft.data",
+    "load_surrogate": "vrsopt.surrogate.store",
+    "read_mission": "vrsopt.mission.file",
+    "sample": "vrsopt.surrogate.design",
+    "solve": "vrsopt.schedule.compare",
+    "trim": "vrsopt.operating_point",
+}
+_NAMES_AT_HOME = {"load_surrogate": "load"}  # where it differs
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported from its module when it is first used (PEP 562)."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("vrsopt")
+    elif name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), _NAMES_AT_HOME.get(name, name))
+    else:
+        raise AttributeError(f"module 'vrsopt' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})

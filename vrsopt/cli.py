@@ -1,0 +1,273 @@
+"""The command line: one sub-command per public verb, percent and degrees at this boundary only.
+
+Exit codes: 0 success; 2 bad input; 3 no solution; 130 interrupted. A failure is one line on standard error. With
+``--json`` standard output holds exactly one JSON object, on a failure too. Models load inside the commands, so that
+help and complaints about options are instant.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vrsopt.console import (
+    DEGREES,
+    KILO,
+    NO_SOLUTION,
+    PERCENT,
+    broken,
+    check_file,
+    check_folder,
+    complain,
+    converted,
+    engine_figures,
+    number,
+    point_figures,
+    print_json,
+    run,
+    whole_number,
+)
+from vrsopt.errors import InputError
+
+TRACKS = (".csv", ".gpx")
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
+
+
+def _number(text: str, **settings: Any) -> Any:
+    return typer.Option(help=text, parser=number, metavar="NUMBER", **settings)
+
+
+def _count(text: str) -> Any:
+    return typer.Option(help=text, parser=whole_number, metavar="COUNT")
+
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else.")]
+Altitude = Annotated[float, _number("Pressure altitude, m.")]
+IsaOffset = Annotated[float, _number("Temperature above the standard atmosphere, K.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line with ``arguments`` (default: those of the process); returns the exit code."""
+    return run(app, sys.argv[1:] if arguments is None else arguments)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from vrsopt import __version__
+        from vrsopt.aircraft import data_hash, load_aircraft
+        from vrsopt.operating_point import MODEL_VERSION
+        from vrsopt.turboshaft.data import load_engine
+
+        aircraft = load_aircraft()
+        print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {data_hash(aircraft, load_engine(aircraft.engine))}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Version of program, model and data.")
+    ] = False,
+) -> None:
+    """Rotor speed and blade twist of a helicopter, scheduled over a mission for least fuel.
+
+    Exit codes: 0 success, 2 bad input, 3 no solution; what is wrong is one line on standard error.
+    """
+
+
+@app.command()
+def trim(
+    mass: Annotated[float, _number("Gross mass, kg.")],
+    speed: Annotated[float, _number("True airspeed, m/s.")],
+    altitude: Altitude = 0.0,
+    rotor_speed_percent: Annotated[float, _number("Rotor speed, % of nominal.")] = 100.0,
+    twist_deg: Annotated[
+        float | None, _number("Blade twist, deg, washout positive.", show_default="the aircraft's")
+    ] = None,
+    climb_angle_deg: Annotated[float, _number("Flight-path angle, deg.")] = 0.0,
+    load_factor: Annotated[float, _number("Load factor of a turn.")] = 1.0,
+    isa_offset: IsaOffset = 0.0,
+    aircraft: Annotated[str, typer.Option(help="Shipped aircraft or TOML file.")] = "bo105",
+    as_json: AsJson = False,
+) -> int:
+    """Trim the aircraft with its engines at one operating point.
+
+    A point that is solved but may not be flown is no failure: it says which limit is broken.
+
+    \b
+    Example: slow flight with the rotor at 90 %
+      vrsopt trim --mass 2200 --altitude 500 --speed 20 --rotor-speed-percent 90
+    """
+    from vrsopt.aircraft import load_aircraft
+    from vrsopt.operating_point import ALLOWED
+    from vrsopt.operating_point import trim as trimmed
+
+    data = load_aircraft(aircraft)
+    ratio = converted("trim: rotor_speed_percent", rotor_speed_percent, per=PERCENT, allowed=ALLOWED["rotor_speed"])
+    slope = converted("trim: climb_angle_deg", climb_angle_deg, per=DEGREES, allowed=ALLOWED["climb_angle"])
+    twist = (
+        None if twist_deg is None else converted("trim: twist_deg", twist_deg, per=DEGREES, allowed=ALLOWED["twist"])
+    )
+    point = trimmed(
+        mass,
+        speed,
+        altitude=altitude,
+        rotor_speed=ratio * data.main_rotor.nominal_rotor_speed,
+        twist=twist,
+        climb_angle=slope,
+        load_factor=load_factor,
+        isa_offset=isa_offset,
+        aircraft=data,
+    )
+    if as_json:
+        print_json(point_figures(point))
+    elif point.success:
+        print(point)
+    if not point.success:
+        place = f"{mass:g} kg, {speed:g} m/s, {altitude:g} m, rotor speed {rotor_speed_percent:g} %"
+        complain(f"trim: no solution at {place}: {point.reason or point.message}")
+    return 0 if point.success else NO_SOLUTION
+
+
+@app.command()
+def engine(
+    power_kw: Annotated[float, _number("Shaft power of the engine, kW.")],
+    power_turbine_speed_percent: Annotated[float, _number("Power-turbine speed, % of nominal.")] = 100.0,
+    altitude: Altitude = 0.0,
+    isa_offset: IsaOffset = 0.0,
+    mach: Annotated[float, _number("Flight Mach number.")] = 0.0,
+    as_json: AsJson = False,
+) -> int:
+    """One engine at a demanded shaft power.
+
+    \b
+    Example: cruise power on a hot day
+      vrsopt engine --power-kw 200 --altitude 1000 --isa-offset 20
+    """
+    from vrsopt.turboshaft.performance import ALLOWED
+    from vrsopt.turboshaft.performance import engine as solved
+
+    speed, limits = power_turbine_speed_percent, ALLOWED["power_turbine_speed"]
+    result = solved(
+        converted("engine: power_kw", power_kw, per=KILO, allowed=ALLOWED["power"]),
+        power_turbine_speed=converted("engine: power_turbine_speed_percent", speed, per=PERCENT, allowed=limits),
+        altitude=altitude,
+        isa_offset=isa_offset,
+        mach=mach,
+    )
+    if as_json:
+        print_json(engine_figures(result))
+    elif result.success:
+        print(result)
+    if not result.success:
+        complain(f"engine: {result.message}")
+    return 0 if result.success else NO_SOLUTION
+
+
+@app.command()
+def sample(
+    out: Annotated[Path, typer.Option(help="Design of experiments to write (SQLite).")],
+    samples: Annotated[int, _count("Flyable points wanted.")] = 1500,
+    seed: Annotated[int, _count("Seed of the Latin hypercube.")] = 1,
+    workers: Annotated[int, _count("Processes; the points do not depend on it.")] = 2,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue a file that was interrupted.")] = False,
+) -> None:
+    """Sample the physics into a design of experiments.
+
+    Points are spread over mass, altitude, airspeed, rotor speed and twist until enough of them are flyable. A
+    killed run loses the points in flight; --resume continues it.
+
+    \b
+    Example: the shipped design once more
+      vrsopt sample --samples 1500 --out doe.db --workers 2
+    """
+    check_file(out)
+    from vrsopt.surrogate.design import sample as sampled
+
+    print(sampled(out, samples=samples, seed=seed, workers=workers, resume=resume, progress=sys.stderr.isatty()))
+
+
+@app.command()
+def fit(
+    design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample.")],
+    out: Annotated[Path, typer.Option(help="Surrogate to write (NetCDF).")],
+    correlation: Annotated[
+        str, typer.Option(help="squared_exponential, matern52 or exponential.")
+    ] = "squared_exponential",
+    as_json: AsJson = False,
+) -> None:
+    """Fit a surrogate to a design of experiments.
+
+    A Kriging of every output; prints the leave-one-out figures.
+
+    \b
+    Example:
+      vrsopt fit doe.db --out surrogate.nc --correlation matern52
+    """
+    check_file(out)
+    if out.exists() and design.exists() and out.samefile(design):
+        raise InputError(f"{out}: can not be written: it is the design of experiments itself")
+    from vrsopt.surrogate.training import fit as fitted
+
+    result = fitted(design, out, correlation=correlation, progress=sys.stderr.isatty())
+    if as_json:
+        print_json(result.as_dict())
+    else:
+        print(result)
+
+
+@app.command()
+def solve(
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it does not exist.")],
+    surrogate: Annotated[
+        Path | None, typer.Option(help="Surrogate, written by vrsopt fit.", show_default="the shipped one")
+    ] = None,
+    schedules: Annotated[str, typer.Option(help="Some of them, with commas.")] = "nominal,pointwise,trajectory",
+    variables: Annotated[str, typer.Option(help="What is free: both, speed, twist, or all three cases.")] = "both",
+    as_json: AsJson = False,
+) -> int:
+    """Schedule rotor speed and twist over a mission.
+
+    Compares the schedules and writes the results. Every schedule is flown on the surrogate and on the full physics.
+    One that breaks a limit ends with exit code 3; the results are written all the same.
+
+    \b
+    Example: the search and rescue mission
+      vrsopt solve problems/sarm.toml --out results/sarm
+    """
+    if mission.suffix.lower() in TRACKS:
+        raise InputError(f"{mission}: flown tracks can not be read yet: a mission file (.toml)")
+    check_folder(out)
+    from vrsopt.mission.file import read_mission
+
+    task, text = read_mission(mission), mission.read_text(encoding="utf-8")
+    from vrsopt.schedule.compare import solve as solved
+
+    comparison = solved(
+        task,
+        surrogate,
+        schedules=[name.strip() for name in schedules.split(",")],
+        variables=variables,
+        progress=sys.stderr.isatty(),
+    )
+    from vrsopt.report.files import write_results
+
+    files = write_results(comparison, out, mission_text=text)
+    if as_json:
+        print_json(comparison.summary())
+    else:
+        from rich.console import Console
+
+        from vrsopt.report.tables import summary_table
+
+        Console(width=None if sys.stdout.isatty() else 120).print(summary_table(comparison))
+        print(f"{out}: {', '.join(sorted(file.name for file in files))}")
+    if not comparison.success:
+        complain(f"{task.name}: {broken(comparison)}")
+    return 0 if comparison.success else NO_SOLUTION

@@ -1,0 +1,198 @@
+"""How the command line talks: exit codes, one line for a failure, one JSON object, checks before a long computation."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from vrsopt.errors import InputError, NoSolutionError
+
+if TYPE_CHECKING:
+    from vrsopt.operating_point import OperatingPoint
+    from vrsopt.schedule.compare import Comparison
+    from vrsopt.turboshaft.performance import EngineResult
+
+BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
+PERCENT, DEGREES, KILO = 100.0, 180.0 / math.pi, 1e-3  # typed units per unit of the library
+# The parser's error for a wrong option or argument: the base of the one that typer exports.
+UsageError: Any = typer.BadParameter.__mro__[1]
+
+
+def run(app: typer.Typer, words: Sequence[str]) -> int:
+    """Exit code of the command line ``words``; whatever a user can cause ends in one line on standard error."""
+    try:
+        if hasattr(sys.stdout, "reconfigure"):
+            sys.stdout.reconfigure(errors="backslashreplace")  # a file name need not be printable
+        code = _dispatched(app, words)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        silent = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(silent, sys.stdout.fileno())  # nobody reads any more: no complaint when the process ends either
+        return 1
+
+
+def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
+    try:
+        code = typer.main.get_command(app).main(args=list(words), prog_name="vrsopt", standalone_mode=False)
+    except UsageError as error:
+        command = error.ctx.command_path if error.ctx is not None else "vrsopt"
+        where = command.removeprefix("vrsopt").strip()
+        message = f"{where + ': ' if where else ''}{error.format_message().rstrip('.')}; see {command} --help"
+        return _failed(BAD_INPUT, message, words)
+    except InputError as error:
+        return _failed(BAD_INPUT, str(error), words)
+    except NoSolutionError as error:
+        return _failed(NO_SOLUTION, str(error), words)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return _failed(BAD_INPUT, f"{error.filename or 'output'}: {error.strerror}", words)
+    except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
+    if code == INTERRUPTED:  # typer may have turned the interrupt into this code
+        complain("interrupted")
+    return int(code or 0)
+
+
+def _failed(code: int, message: str, words: Sequence[str]) -> int:
+    if "--json" in words:
+        print_json({"success": False, "message": " ".join(message.splitlines())})
+    complain(message)
+    return code
+
+
+def complain(message: str) -> None:
+    """Print ``message`` as one line on standard error."""
+    print("vrsopt: " + " ".join(message.splitlines()), file=sys.stderr)
+
+
+def print_json(content: Mapping[str, Any]) -> None:
+    """Print ``content`` as one JSON object on standard output."""
+    print(json.dumps(_finite(content), allow_nan=False))
+
+
+def _finite(content: Any) -> Any:
+    """``content`` for JSON, which knows no infinity and no nan: null instead."""
+    if isinstance(content, Mapping):
+        return {name: _finite(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def point_figures(point: OperatingPoint) -> dict[str, Any]:
+    """What ``trim --json`` prints."""
+    controls = ("collective", "lateral_cyclic", "longitudinal_cyclic", "tail_collective", "pitch", "roll")
+    hover = point.advance_ratio < 0.01  # elsewhere the figure of merit means nothing
+    return {
+        "success": point.success,
+        "status": str(point.status),
+        "message": point.message,
+        "residual_norm": point.residual_norm,
+        "main_rotor_power_w": point.main_rotor_power,
+        "tail_rotor_power_w": point.tail_rotor_power,
+        "shaft_power_per_engine_w": point.shaft_power_per_engine,
+        "fuel_flow_kg_s": point.fuel_flow,
+        "co2_kg_s": point.co2,
+        **{f"{name}_deg": math.degrees(getattr(point, name)) for name in controls},
+        "gas_generator_speed_percent": 100.0 * point.gas_generator_speed,
+        "turbine_inlet_temperature_k": point.turbine_inlet_temperature,
+        "blade_loading": point.blade_loading,
+        "figure_of_merit": point.figure_of_merit if hover else math.nan,
+        "feasible": point.feasible,
+        "reason": point.reason,
+    }
+
+
+def engine_figures(result: EngineResult) -> dict[str, Any]:
+    """What ``engine --json`` prints."""
+    names = (
+        "success",
+        "power_w",
+        "fuel_flow_kg_s",
+        "sfc_kg_kwh",
+        "gas_generator_speed_percent",
+        "power_turbine_speed_percent",
+        "turbine_inlet_temperature_k",
+        "power_turbine_inlet_temperature_k",
+        "pressure_ratio",
+        "air_flow_kg_s",
+        "co2_kg_s",
+    )
+    figures = {name: getattr(result, name) for name in names}
+    return figures if result.success else figures | {"message": result.message}
+
+
+def broken(comparison: Comparison) -> str:
+    """The first schedule that failed, why, and the names of the others."""
+    cases = {"": comparison, **{f" ({name})": case for name, case in comparison.variants.items()}}
+    failed = {
+        f"{name}{case}": result.message
+        for case, compared in cases.items()
+        for name, result in compared.results.items()
+        if not result.success
+    }
+    (first, message), *others = failed.items()
+    also = f"; also not flyable: {', '.join(name for name, _ in others)}" if others else ""
+    return f"{first}: {message}{also}"
+
+
+def number(text: str) -> float:
+    """A number typed as ``text``."""
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a number") from None
+
+
+def whole_number(text: str) -> int:
+    """A whole number typed as ``text``."""
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a whole number") from None
+
+
+def converted(field: str, value: float, *, per: float, allowed: tuple[float, float]) -> float:
+    """``value``, typed in a unit of which ``per`` make one of the library's, in the library's unit.
+
+    Raises :class:`InputError` outside ``allowed`` (library's unit), with the range in the unit that was typed, rounded
+    inward to 0.1.
+    """
+    low, high = (round(bound * per, 9) for bound in allowed)
+    low = math.ceil(10 * low) / 10
+    words = f"a number of at least {low:g}"
+    if math.isfinite(high):
+        high = math.floor(10 * high) / 10
+        words = f"a number from {low:g} to {high:g}"
+    if not (math.isfinite(value) and low <= value <= high):
+        raise InputError(f"{field} = {value:g}: {words}")
+    return value / per
+
+
+def check_file(path: Path) -> None:
+    """Raises :class:`InputError` unless a file can be written at ``path``."""
+    if path.is_dir():
+        raise InputError(f"{path}: can not be written: it is a folder")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: can not be written: no folder {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InputError(f"{path}: can not be written: no permission")
+
+
+def check_folder(path: Path) -> None:
+    """Raises :class:`InputError` unless ``path`` is a folder that can be written to, or one that can be made."""
+    there = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    if not there.is_dir():
+        raise InputError(f"{path}: can not be written: {there} is not a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: can not be written: no permission in {there}")
