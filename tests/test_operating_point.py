@@ -1,0 +1,208 @@
+"""The coupled chain: drive train, engine, limits, classes with their reasons, robustness."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from vrsopt.aircraft import load_aircraft
+from vrsopt.errors import InputError
+from vrsopt.limits import LIMIT_NAMES, Limits
+from vrsopt.operating_point import OperatingPoint, helicopter, trim
+from vrsopt.residual import TOLERANCE
+
+MACHINE = helicopter("bo105")
+ROTOR = MACHINE.aircraft.main_rotor
+NOMINAL = ROTOR.nominal_rotor_speed
+LIMITS = Limits(MACHINE.aircraft, MACHINE.engine)
+CLASSES = {"ok", "stalled", "over power", "over torque", "over temperature", "tail rotor", "not converged"}
+
+
+def flight(mass: float, speed: float, **changes: float) -> dict[str, float]:
+    base = {
+        "mass": mass,
+        "altitude": 0.0,
+        "isa_offset": 0.0,
+        "speed": speed,
+        "climb_angle": 0.0,
+        "load_factor": 1.0,
+        "rotor_speed": NOMINAL,
+        "twist": ROTOR.twist,
+    }
+    return {**base, **changes}
+
+
+def point(mass: float, speed: float, limits: Limits = LIMITS, **changes: float) -> OperatingPoint:
+    return MACHINE.point(flight(mass, speed, **changes), limits=limits)
+
+
+def test_a_flyable_point():
+    result = point(2200.0, 30.0)
+    assert result.success and result.feasible and result.classification == "ok" and result.reason == ""
+    assert result.residual_norm < TOLERANCE
+    rotors = result.main_rotor_power + result.tail_rotor_power
+    assert result.shaft_power_per_engine == pytest.approx((rotors / 0.975 + 8e3) / 2)
+    assert 100 < result.fuel_flow * 3600 < 160  # kg/h, both engines
+    assert result.co2 / result.fuel_flow == pytest.approx(3.155, rel=0.01)  # kerosene
+    assert tuple(result.usages) == LIMIT_NAMES and max(result.usages.values()) < 1
+    text = str(result)
+    assert "kW" in text and "flyable" in text and "yes" in text
+
+
+def test_the_public_verb_is_the_same_point():
+    public, bulk = trim(2200.0, 30.0), point(2200.0, 30.0)
+    assert public.main_rotor_power == pytest.approx(bulk.main_rotor_power, rel=1e-7)
+    assert public.fuel_flow == pytest.approx(bulk.fuel_flow, rel=1e-7)
+
+
+def test_engine_state_hears_altitude_temperature_and_rotor_speed():
+    base = MACHINE.engine_state(200e3, flight(2200.0, 30.0)).outputs["fuel_flow"]
+    for change in ({"altitude": 1500.0}, {"isa_offset": 20.0}, {"rotor_speed": 0.8 * NOMINAL}, {"speed": 60.0}):
+        other = MACHINE.engine_state(200e3, {**flight(2200.0, 30.0), **change})
+        assert other.success and other.outputs["fuel_flow"] != pytest.approx(base, rel=1e-4), change
+
+
+@pytest.mark.parametrize(
+    "expected, arguments, changes, words",
+    [
+        (
+            "stalled",
+            (2400.0, 50.0),
+            {"rotor_speed": 0.8 * NOMINAL, "load_factor": 1.2},
+            ["blade loading", "0.1429", "0.1173"],
+        ),
+        ("tail rotor", (1700.0, 60.0), {"rotor_speed": 0.8 * NOMINAL, "climb_angle": 0.03}, ["tail-rotor", "largest"]),
+        ("over power", (2400.0, 70.0), {}, ["kW per engine above 257.0 kW"]),
+        ("over torque", (2200.0, 40.0), {"rotor_speed": 0.85 * NOMINAL, "climb_angle": 0.215}, ["torque", "%"]),
+        ("over temperature", (2200.0, 0.0), {"altitude": 3000.0, "isa_offset": 20.0}, ["inter-turbine", "1113 K"]),
+    ],
+)
+def test_each_way_to_be_unflyable(expected, arguments, changes, words):
+    result = point(*arguments, **changes)
+    assert result.classification == expected, result.reason
+    assert not result.feasible
+    for word in words:
+        assert word in result.reason, result.reason
+    if result.success:
+        assert "no: " in str(result)
+
+
+def test_a_stalled_point_without_trim_has_no_numbers_but_its_loading():
+    result = point(2400.0, 50.0, rotor_speed=0.8 * NOMINAL, load_factor=1.2)
+    assert not result.success
+    assert math.isnan(result.main_rotor_power) and math.isnan(result.fuel_flow) and math.isnan(result.collective)
+    assert result.blade_loading == pytest.approx(0.1429, abs=1e-4)
+
+
+def test_the_study_s_setting_allows_the_take_off_rating():
+    study = Limits(MACHINE.aircraft, MACHINE.engine, setting="study")
+    assert point(2200.0, 67.0).classification == "over power"
+    assert point(2200.0, 67.0, study).classification == "ok"
+
+
+def test_margin_makes_a_point_unflyable_below_nominal_speed_only():
+    keep = Limits(MACHINE.aircraft, MACHINE.engine, manoeuvre_margin=1.3)
+    slow = {"rotor_speed": 0.78 * NOMINAL}
+    assert point(2200.0, 35.0, **slow).feasible
+    assert point(2200.0, 35.0, keep, **slow).classification == "stalled"
+    assert point(2200.0, 35.0, keep).feasible
+
+
+@pytest.mark.parametrize(
+    "keywords, words",
+    [
+        ({"mass": 100.0, "speed": 30.0}, ["mass = 100", "500", "5000"]),
+        ({"mass": 2200.0, "speed": -1.0}, ["speed = -1", "0 to 90"]),
+        ({"mass": 2200.0, "speed": math.nan}, ["speed = nan"]),
+        ({"mass": 2200.0, "speed": 30.0, "rotor_speed": 100.0}, ["rotor_speed = 100", "57.72"]),
+        ({"mass": 2200.0, "speed": 30.0, "twist": 8.0}, ["twist = 8", "0.4"]),
+        ({"mass": 2200.0, "speed": 30.0, "aircraft": "no such machine"}, ["no such machine"]),
+        ({"mass": 2200.0, "speed": 30.0, "method": "bisection"}, ["bisection"]),
+    ],
+)
+def test_bad_input_is_one_line(keywords, words):
+    with pytest.raises(InputError) as caught:
+        trim(**keywords)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_trim_reaches_difficult_points_from_a_guess_or_without():
+    near = MACHINE.trim(flight(2200.0, 30.0))
+    far = MACHINE.trim(flight(1500.0, 68.0, altitude=1800.0), guess=near)
+    alone = MACHINE.trim(flight(1500.0, 68.0, altitude=1800.0))
+    assert far.success and alone.success
+    assert far.outputs["main_rotor_power"] == pytest.approx(alone.outputs["main_rotor_power"], rel=1e-7)
+
+
+def test_bulk_solver_and_ipopt_give_the_same_points():
+    """The same root over the flyable box, by two unrelated solvers."""
+    low = (1400.0, 0.0, 0.0, 0.9, 0.105)
+    high = (2500.0, 2000.0, 60.0, 1.1, 0.279)
+    for mass, altitude, speed, ratio, twist in qmc.scale(qmc.LatinHypercube(5, seed=11).random(10), low, high).tolist():
+        where = flight(mass, speed, altitude=altitude, rotor_speed=ratio * NOMINAL, twist=twist)
+        newton, ipopt = MACHINE.trim(where), MACHINE.trim(where, method="ipopt")
+        assert newton.success and ipopt.success
+        assert newton.values == pytest.approx(ipopt.values, abs=1e-7)
+        for name in ("main_rotor_power", "tail_rotor_power", "induced_power", "profile_power", "thrust"):
+            assert newton.outputs[name] == pytest.approx(ipopt.outputs[name], rel=1e-7)
+
+
+def test_one_tail_rotor_power_for_one_point():
+    """Inside its limit the tail rotor has one power: approached from a heavier neighbour, or from nowhere.
+
+    Near stall the teetering, coupled tail rotor has an attached and a stalled trim at once.
+    """
+    fast, neighbour, compared = {"rotor_speed": 0.9 * NOMINAL}, MACHINE.trim(flight(2500.0, 69.0, rotor_speed=40.0)), 0
+    for mass in range(2500, 1899, -50):
+        alone = point(float(mass), 69.0, **fast)
+        neighbour = MACHINE.trim(flight(float(mass), 69.0, **fast), guess=neighbour)
+        if not (alone.success and neighbour.success) or alone.usages["tail rotor loading"] > 1:
+            continue
+        compared += 1
+        assert neighbour.outputs["tail_rotor_power"] == pytest.approx(alone.tail_rotor_power, rel=1e-4), mass
+    slower = point(2150.0, 60.0, **fast)  # well inside: there is something to compare
+    assert compared or slower.usages["tail rotor loading"] < 1
+
+
+@pytest.mark.parametrize("mass", [2000.0, 2300.0])
+def test_a_point_inside_all_limits_is_solved(mass):
+    """Just inside the tail rotor's limit, beyond the fold of its attached branch."""
+    result = point(mass, 69.0, rotor_speed=0.9 * NOMINAL)
+    assert result.classification != "not converged", result.reason
+
+
+@pytest.mark.slow
+def test_sixty_scattered_points_are_solved_or_classified():
+    low = (1400.0, 0.0, 0.0, 0.75, 0.105, -0.14, 1.0)
+    high = (2500.0, 2000.0, 70.0, 1.15, 0.279, 0.14, 1.3)
+    sample = qmc.scale(qmc.LatinHypercube(7, seed=3).random(60), low, high)
+    flyable = 0
+    for mass, altitude, speed, ratio, twist, climb_angle, load_factor in sample.tolist():
+        begun = time.perf_counter()
+        result = point(
+            mass,
+            speed,
+            altitude=altitude,
+            rotor_speed=ratio * NOMINAL,
+            twist=twist,
+            climb_angle=climb_angle,
+            load_factor=load_factor,
+        )
+        assert time.perf_counter() - begun < 20
+        assert result.classification in CLASSES - {"not converged"}, result.message
+        assert result.feasible == (result.classification == "ok") == (result.reason == "")
+        flyable += result.feasible
+        if result.success:
+            powers = (result.main_rotor_power, result.tail_rotor_power, result.fuel_flow)
+            assert np.all(np.isfinite(powers)) and result.tail_rotor_power > 0 and result.fuel_flow > 0
+    assert flyable > 30
+
+
+def test_loaded_once():
+    assert helicopter("bo105") is MACHINE
+    assert load_aircraft("bo105") is MACHINE.aircraft
