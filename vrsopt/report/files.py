@@ -34,10 +34,10 @@ def write_results(comparison: Comparison, folder: Path | str, *, mission_text: s
 
     Raises :class:`InputError` (one line) for a folder that can not be used.
     """
-    contents = _contents(comparison, mission_text)
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
+        contents = _contents(comparison, mission_text)
         _check_places(target, contents)
         # inside the folder, not beside it: the same file system even where the folder is a mount
         with tempfile.TemporaryDirectory(dir=target, prefix=".vrsopt-") as temporary:

@@ -7,7 +7,7 @@ import html
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from vrsopt.report.tables import HEADINGS, LEGEND, footer, label, remarks, summary_rows
+from vrsopt.report.tables import HEADINGS, LEGEND, footer, remarks, summary_rows, title
 
 if TYPE_CHECKING:
     from vrsopt.schedule.compare import Comparison
@@ -47,8 +47,8 @@ def report_page(
     result comes from, by name.
     """
     name = html.escape(comparison.mission.name)
-    parts = [_section(comparison, pictures[""], "both variables" if comparison.variants else "")]
-    parts += [_section(variant, pictures[key], label(key)) for key, variant in comparison.variants.items()]
+    cases = {"": comparison, **comparison.variants}
+    parts = [_section(case, pictures[key]) for key, case in cases.items()]
     notes = "".join(f"<li>{html.escape(line)}</li>" for line in footer(comparison))
     rows = "".join(
         f"<tr><th>{html.escape(key.replace('_', ' '))}</th><td>{html.escape(str(value))}</td></tr>"
@@ -65,9 +65,9 @@ def report_page(
     )
 
 
-def _section(comparison: Comparison, pictures: Mapping[str, bytes], title: str) -> str:
+def _section(comparison: Comparison, pictures: Mapping[str, bytes]) -> str:
     """Table, remarks and figures of one comparison."""
-    heading = f"<h2>{html.escape(title[:1].upper() + title[1:])}</h2>\n" if title else ""
+    heading = f"<h2>{html.escape(title(comparison))}</h2>\n"
     notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in remarks(comparison))
     images = "".join(_figure(name, content) for name, content in pictures.items())
     legend = f'<p class="note">{html.escape(LEGEND[:1].upper() + LEGEND[1:])}.</p>\n'

@@ -28,7 +28,7 @@ from vrsopt.report.style import (
     renderer_of,
     tidy,
 )
-from vrsopt.report.tables import label, verdict
+from vrsopt.report.tables import label, title, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ def flight_path_figure(comparison: Comparison) -> Figure:
     ground.margins(0.12)
     ground.set_xlabel("east, km", fontsize=NORMAL)
     ground.set_ylabel("north, km", fontsize=NORMAL)
-    ground.set_title(f"{comparison.mission.name}: flight path", loc="left", fontsize=NORMAL + 2)
+    ground.set_title(f"{title(comparison)}: flight path", loc="left", fontsize=NORMAL + 2)
     ground.legend(
         handles=kind_handles(kinds_of(profile)),
         loc="upper left",
@@ -120,7 +120,7 @@ def fuel_figure(comparison: Comparison) -> Figure:
         axes.bar_label(bars, values, fontsize=SMALL, padding=2)
     axes.set_xticks(place, [_bar_name(name, result) for name, result in results.items()])
     axes.set_ylabel("fuel burned, kg", fontsize=NORMAL)
-    axes.set_title(f"{comparison.mission.name}: fuel", loc="left", fontsize=NORMAL + 2)
+    axes.set_title(f"{title(comparison)}: fuel", loc="left", fontsize=NORMAL + 2)
     tidy(axes)
     axes.grid(False, axis="x")
     axes.margins(y=0.12)

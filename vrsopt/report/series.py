@@ -22,7 +22,7 @@ from vrsopt.report.style import (
     new_figure,
     tidy,
 )
-from vrsopt.report.tables import label, verdict
+from vrsopt.report.tables import label, title, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def schedule_figure(comparison: Comparison) -> Figure:
     axes[-1].set_xlabel("time, min", fontsize=NORMAL)
     axes[-1].set_xlim(0.0, comparison.profile.duration / MINUTE)
     figure.align_ylabels(axes[1:])
-    axes[0].set_title(f"{comparison.mission.name}: schedules", loc="left", fontsize=NORMAL + 2)
+    axes[0].set_title(f"{title(comparison)}: schedules", loc="left", fontsize=NORMAL + 2)
     kinds = _legend_beside(axes[0], handles=kind_handles(kinds_of(comparison.profile)), title="task")
     kinds.set_in_layout(False)  # reaches down beside the next panels, which have no legend
     figure.draw_without_rendering()

@@ -55,11 +55,19 @@ def label(name: str) -> str:
     return LABELS.get(name, name.replace("_", " "))
 
 
+def title(comparison: Comparison) -> str:
+    """The mission's name, and which variable was free if it was one alone."""
+    free = comparison.provenance["variables"]
+    return comparison.mission.name if free == "both" else f"{comparison.mission.name}, {free} only"
+
+
 def verdict(result: ScheduleResult) -> str:
     """ "flyable", "infeasible: which limit, where, by how much" or "failed: why"."""
     if result.success:
         return "flyable"
-    message = result.message or "no message"
+    # only of the flight that failed: the other one may have something cheerful to say
+    failed = [flight.message for flight in (result.flight, result.physics) if not flight.success]
+    message = "; ".join(dict.fromkeys(filter(None, failed)))
     if message.startswith("infeasible"):
         return message
     broken = result.flight.violations or (not result.physics.success and math.isfinite(result.physics.fuel))
@@ -124,10 +132,8 @@ def footer(comparison: Comparison) -> list[str]:
 def summary_table(comparison: Comparison) -> Group:
     """The table of ``comparison`` and of its variants with what has to be said, for a rich console."""
     parts: list[Table | Text] = []
-    cases = {_title(comparison): comparison}
-    cases |= {f"{comparison.mission.name}, {label(name)}": variant for name, variant in comparison.variants.items()}
-    for title, case in cases.items():
-        parts += [_table(title, case), Text(""), *(Text(line) for line in remarks(case)), Text("")]
+    for case in (comparison, *comparison.variants.values()):
+        parts += [_table(case), Text(""), *(Text(line) for line in remarks(case)), Text("")]
     parts += [Text(line) for line in (LEGEND[0].upper() + LEGEND[1:] + ".", *footer(comparison))]
     return Group(*parts)
 
@@ -140,8 +146,8 @@ def summary_text(comparison: Comparison, *, width: int = 110) -> str:
     return "\n".join(line.rstrip() for line in capture.get().splitlines()) + "\n"
 
 
-def _table(title: str, comparison: Comparison) -> Table:
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", padding=0, show_edge=False)
+def _table(comparison: Comparison) -> Table:
+    table = Table(title=title(comparison), box=box.SIMPLE_HEAD, title_justify="left", padding=0, show_edge=False)
     for heading in HEADINGS:
         text = heading in TEXTS
         widest = max(len(word) for word in heading.split())
@@ -150,10 +156,6 @@ def _table(title: str, comparison: Comparison) -> Table:
     for row in summary_rows(comparison):
         table.add_row(*(Text(cell) for cell in row.cells))
     return table
-
-
-def _title(comparison: Comparison) -> str:
-    return f"{comparison.mission.name}, both variables" if comparison.variants else comparison.mission.name
 
 
 def _largest_share(result: ScheduleResult) -> str:

@@ -1,0 +1,229 @@
+"""The files of a result: complete, strict, readable without this package, and never half written."""
+
+import base64
+import json
+import os
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from vrsopt.errors import InputError
+from vrsopt.report.files import read_result, write_results
+
+FIGURES = ["flight_path.png", "fuel.png", "schedules.png"]
+
+
+def strict(text):
+    """JSON without the NaN and Infinity that Python would let through."""
+
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture(scope="module")
+def folder(with_variant, mission_text, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results") / "deep" / "hop"
+    paths = write_results(with_variant, folder, mission_text=mission_text)
+    assert all(path.is_file() for path in paths)
+    assert sorted(paths) == sorted(path for path in folder.rglob("*") if path.is_file())
+    return folder
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    """For tests of other things: drawing takes a second."""
+    monkeypatch.setattr("vrsopt.report.files.figures", lambda comparison: {})
+
+
+def test_all_files_are_there_and_nothing_else(folder):
+    names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    variant = [f"twist_only/{name}" for name in (*FIGURES, "result.nc")]
+    assert names == sorted([*FIGURES, "result.nc", "report.html", "summary.json", *variant])
+
+
+def test_summary_is_strict_json_with_the_variants(folder, with_variant):
+    summary = strict((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary == with_variant.summary()
+    assert summary["twist_only"]["schedules"]["trajectory"]["fuel_kg"] > 0.0
+
+
+def test_numbers_that_json_does_not_know_are_null(broken, without_figures, mission_text, tmp_path):
+    flight = broken.results["trajectory"].flight
+    nothing = type(flight)(**{**vars(flight), "fuel_per_segment": np.array([np.nan])})
+    lost = type(broken.results["trajectory"])(**{**vars(broken.results["trajectory"]), "flight": nothing})
+    results = {**broken.results, "trajectory": lost}
+    write_results(type(broken)(**{**vars(broken), "results": results}), tmp_path, mission_text=mission_text)
+    figures = strict((tmp_path / "summary.json").read_text(encoding="utf-8"))["schedules"]["trajectory"]
+    assert figures["fuel_kg"] is None and figures["fuel_physics_kg"] is None
+    assert np.isnan(read_result(tmp_path / "result.nc")["fuel"].sel(schedule="trajectory"))
+    assert "failed" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_result_holds_every_time_series_with_its_unit(folder, comparison):
+    data = read_result(folder / "result.nc")
+    assert list(data["schedule"].values) == list(comparison.results)
+    for name, result in comparison.results.items():
+        one, flight = data.sel(schedule=name), result.flight
+        np.testing.assert_array_equal(one["mass"], flight.mass)
+        np.testing.assert_array_equal(one["rotor_speed_percent"], 100 / 44.4 * flight.rotor_speed)
+        np.testing.assert_array_equal(one["twist_deg"], np.degrees(flight.twist))
+        np.testing.assert_array_equal(one["fuel_flow"], flight.fuel_flow)
+        np.testing.assert_array_equal(one["power_per_engine"], flight.power_per_engine)
+        np.testing.assert_array_equal(one["limit_usage"], 1 + flight.limits)
+        np.testing.assert_array_equal(one["physics_fuel_flow"], result.physics.fuel_flow)
+        np.testing.assert_array_equal(one["physics_limit_usage"], result.physics.usages)
+        assert float(one["fuel"]) == flight.fuel and float(one["physics_fuel"]) == result.physics.fuel
+        assert str(one["message"].values) == result.message and bool(one["success"]) == result.success
+        # fuel flow belongs to the mass history: what is burned is what the aircraft gets lighter by
+        burned = np.trapezoid(one["fuel_flow"], one["time"])
+        assert burned == pytest.approx(flight.mass[0] - flight.mass[-1], rel=0.01)
+    nodes = comparison.profile.conditions(data["segment_index"].values, data["time"].values)
+    for name in ("speed", "altitude", "climb_angle", "load_factor", "idle"):
+        np.testing.assert_array_equal(data[name], getattr(nodes, name))
+    assert float(data["latitude"][-1]) == pytest.approx(37.66) and float(data["longitude"][0]) == pytest.approx(-122.4)
+    assert list(data["task"].values) == [segment.task for segment in comparison.profile.segments]
+    np.testing.assert_allclose(data["band_lower_percent"], 100 * comparison.band.lower / 44.4)
+    units = {
+        "mass": "kg",
+        "twist_deg": "deg",
+        "fuel_flow": "kg/s",
+        "power_per_engine": "W",
+        "speed": "m/s",
+        "time": "s",
+    }
+    assert {name: data[name].attrs["units"] for name in units} == units
+    texts = {"schedule", "limit", "task", "kind", "message"}
+    assert all("units" in data[name].attrs for name in data.variables if name not in texts)
+
+
+def test_result_holds_what_is_needed_to_repeat_it(folder, comparison, mission_text):
+    attributes = read_result(folder / "result.nc").attrs
+    assert attributes["mission_text"] == mission_text
+    assert attributes["takeoff_mass_kg"] == comparison.loading.takeoff_mass
+    assert attributes["data_hash"] == comparison.provenance["data_hash"]
+    assert attributes["search_seed"] == "1" and attributes["design_seed"] == str(comparison.provenance["design_seed"])
+    assert attributes["free_variables"] == "both"
+    assert attributes["trajectory_residual_norm"] == comparison.trajectory.max_residual
+    assert attributes["model_version"] and attributes["casadi_version"] and attributes["vrsopt_version"]
+    alone = read_result(folder / "twist_only" / "result.nc")
+    assert alone.attrs["free_variables"] == "twist"
+    np.testing.assert_allclose(alone["rotor_speed_percent"], 100.0)
+
+
+def test_idle_has_no_use_of_limits(comparison, without_figures, mission_text, tmp_path):
+    flight = comparison.results["nominal"].flight
+    limits = np.where(np.arange(len(flight.time)) < 3, -np.inf, flight.limits)
+    idle = type(flight)(**{**vars(flight), "limits": limits})
+    nominal = type(comparison.results["nominal"])(**{**vars(comparison.results["nominal"]), "flight": idle})
+    changed = type(comparison)(**{**vars(comparison), "results": {**comparison.results, "nominal": nominal}})
+    write_results(changed, tmp_path, mission_text=mission_text)
+    usage = read_result(tmp_path / "result.nc")["limit_usage"].sel(schedule="nominal")
+    assert np.isnan(usage[:, :3]).all() and np.isfinite(usage[:, 3:]).all()
+
+
+class Page(HTMLParser):
+    """Tags, links and texts of a page; fails on tags that are not closed."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.links, self.texts, self.tags = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in ("src", "href", "srcset")]
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def test_page_is_complete_and_needs_nothing_else(folder, comparison, mission_text):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    page = Page()
+    page.feed(text)
+    page.close()
+    assert not page.open
+    assert "http" not in text and "script" not in page.tags and "link" not in page.tags and "url(" not in text
+    pictures = [link.removeprefix("data:image/png;base64,") for link in page.links]
+    files = [
+        folder / part / f"{name}.png" for part in ("", "twist_only") for name in ("flight_path", "schedules", "fuel")
+    ]
+    assert [base64.b64decode(picture, validate=True) for picture in pictures] == [file.read_bytes() for file in files]
+    words = "".join(page.texts)
+    assert mission_text in words and "Hop <über>" in words
+    for name, result in comparison.results.items():
+        assert f"{result.flight.fuel:.2f}" in words and result.message in words, name
+    assert "width=device-width" in text
+
+
+def test_other_files_stay_and_old_results_are_replaced(comparison, mission_text, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "summary.json").write_text("old")
+    write_results(comparison, tmp_path, mission_text=mission_text)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert strict((tmp_path / "summary.json").read_text(encoding="utf-8"))["mission"] == "Hop <über>"
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*FIGURES, "result.nc", "report.html", "summary.json", "notes.txt"]
+    )
+
+
+def test_unusable_folders_are_refused_in_one_line(comparison, without_figures, mission_text, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("mine")
+    (tmp_path / "half" / "result.nc").mkdir(parents=True)
+    (tmp_path / "half" / "summary.json").write_text("old")
+    for place in (file, file / "below", tmp_path / "half"):
+        with pytest.raises(InputError) as error:
+            write_results(comparison, place, mission_text=mission_text)
+        assert str(place) in str(error.value) and "\n" not in str(error.value)
+    assert file.read_text() == "mine"
+    assert sorted(path.name for path in (tmp_path / "half").iterdir()) == ["result.nc", "summary.json"]
+    assert (tmp_path / "half" / "summary.json").read_text() == "old"
+
+
+def test_a_failure_on_the_way_leaves_nothing_behind(comparison, without_figures, mission_text, tmp_path, monkeypatch):
+    (tmp_path / "summary.json").write_text("old")
+
+    def full(self, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    with pytest.raises(InputError, match="can not be written: No space left on device"):
+        write_results(comparison, tmp_path, mission_text=mission_text)
+    assert [path.name for path in tmp_path.iterdir()] == ["summary.json"]
+    assert (tmp_path / "summary.json").read_text() == "old"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to the superuser")
+def test_a_folder_without_permission_is_refused(comparison, without_figures, mission_text, tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(InputError, match="can not be written"):
+        write_results(comparison, tmp_path / "results", mission_text=mission_text)
+
+
+def test_only_results_are_read(folder, tmp_path):
+    path = tmp_path / "result.nc"
+    with pytest.raises(InputError, match="can not be read"):
+        read_result(path)
+    content = (folder / "result.nc").read_bytes()
+    for bad in (b"", b"CDF\x02", content[:5000], b"\x80\x04pickle", b"\x89HDF\r\n\x1a\n"):
+        path.write_bytes(bad)
+        with pytest.raises(InputError, match="not a result"):
+            read_result(path)
+    xr.Dataset({"x": ("n", [1.0])}).to_netcdf(path, engine="scipy")
+    with pytest.raises(InputError, match="no attribute format"):
+        read_result(path)
+    xr.Dataset(attrs={"format": "vrsopt result", "format_version": "9"}).to_netcdf(path, engine="scipy")
+    with pytest.raises(InputError, match="format_version = '9'"):
+        read_result(path)
+    xr.Dataset(attrs={"format": "vrsopt result", "format_version": "1"}).to_netcdf(path, engine="scipy")
+    with pytest.raises(InputError, match="not a complete result"):
+        read_result(path)

@@ -1,0 +1,138 @@
+"""Figures hold what they should, and no text lies over another."""
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from vrsopt.report.plots import figures, flight_path_figure, fuel_figure, png, schedule_figure
+from vrsopt.report.style import KIND_COLOURS, task_spans
+
+
+def texts(figure):
+    """Every visible text of a figure with its box in pixels."""
+    renderer = figure.canvas.get_renderer()
+    found = []
+    for axes in figure.axes:
+        ticks = []
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            margin = 1e-6 * (high - low)
+            ticks += [tick.label1 for tick in axis.get_major_ticks() if low - margin <= tick.get_loc() <= high + margin]
+        labels = [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label]
+        legend = axes.get_legend()
+        entries = [*legend.get_texts(), legend.get_title()] if legend else []
+        for text in (*ticks, *labels, *axes.texts, *entries):
+            if text.get_visible() and text.get_text():
+                box = type(text).get_window_extent(text, renderer)
+                if box.width > 0:
+                    found.append((text.get_text(), box))
+    return found
+
+
+@pytest.mark.parametrize("draw", [flight_path_figure, schedule_figure, fuel_figure])
+def test_no_text_overlaps_another_or_leaves_the_figure(comparison, draw):
+    figure = draw(comparison)
+    figure.draw_without_rendering()
+    found = [(text, box) for text, box in texts(figure)]
+    assert len(found) > 10
+    canvas = figure.bbox.padded(1.0)
+    for text, box in found:
+        assert canvas.contains(box.x0, box.y0) and canvas.contains(box.x1, box.y1), f"{text!r} is cut off"
+    for (one, first), (other, second) in itertools.combinations(found, 2):
+        assert not first.padded(-1.0).overlaps(second.padded(-1.0)), f"{one!r} over {other!r}"
+
+
+@pytest.mark.parametrize("draw", [flight_path_figure, schedule_figure, fuel_figure])
+def test_legends_lie_outside_the_data(comparison, draw):
+    figure = draw(comparison)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        if axes.get_legend():
+            assert axes.get_legend().get_window_extent().x0 >= axes.bbox.x1
+
+
+def test_schedules_are_drawn_with_bounds_and_units(comparison):
+    axes = schedule_figure(comparison).axes
+    assert [panel.get_ylabel() for panel in axes[1:]] == [
+        "speed, m/s",
+        "altitude, m",
+        "rotor speed, %",
+        "blade twist, deg",
+        "fuel flow, kg/h",
+        "use of limits, %",
+    ]
+    assert axes[-1].get_xlabel() == "time, min"
+    assert axes[-1].get_xlim() == pytest.approx((0.0, comparison.profile.duration / 60))
+    lines = {line.get_label(): line for line in axes[3].get_lines()}
+    for name, text in (("nominal", "nominal"), ("trajectory", "trajectory")):
+        flight = comparison.results[name].flight
+        np.testing.assert_allclose(lines[text].get_xdata(), flight.time / 60)
+        np.testing.assert_allclose(lines[text].get_ydata(), 100 * flight.rotor_speed / 44.4)
+    bounds = sorted(float(line.get_ydata()[0]) for line in axes[3].get_lines() if len(line.get_ydata()) == 2)
+    assert bounds == pytest.approx([75.0, 115.0])
+    band = axes[3].collections[0].get_paths()[0].vertices[:, 1]
+    assert band.min() == pytest.approx(100 * comparison.band.lower[:2].min() / 44.4)
+    assert len(axes[3].collections) == len(comparison.profile.segments)
+
+
+def test_use_of_limits_is_in_per_cent_of_what_is_allowed(comparison):
+    panel = schedule_figure(comparison).axes[-1]
+    lines = {line.get_label(): line.get_ydata() for line in panel.get_lines()}
+    flight = comparison.results["trajectory"].flight
+    np.testing.assert_allclose(lines["torque"], 100 * (1 + flight.limits[list(flight.time_on_limits).index("torque")]))
+    assert lines["limit"][0] == 100.0
+
+
+def test_the_map_is_to_scale_in_kilometres(comparison):
+    axes = flight_path_figure(comparison).axes[0]
+    assert axes.get_aspect() == 1.0
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("east, km", "north, km")
+    assert {text.get_text() for text in axes.texts} == {"base", "quay"}
+    way = np.concatenate([line.get_xydata() for line in axes.lines if line.get_color() in KIND_COLOURS.values()])
+    # 0.06 deg of latitude at 37.6 deg north is 6.66 km on the WGS-84 ellipsoid
+    np.testing.assert_allclose(way[:, 1].max() - way[:, 1].min(), 6.66, atol=0.005)
+    np.testing.assert_allclose(way[:, 0], 0.0, atol=1e-3)
+
+
+def test_fuel_bars_have_the_fuel_of_surrogate_and_physics(comparison, broken):
+    axes = fuel_figure(comparison).axes[0]
+    surrogate, physics = ([bar.get_height() for bar in bars] for bars in axes.containers)
+    assert surrogate == pytest.approx([result.flight.fuel for result in comparison.results.values()])
+    assert physics == pytest.approx([result.physics.fuel for result in comparison.results.values()])
+    names = [text.get_text() for text in fuel_figure(broken).axes[0].get_xticklabels()]
+    assert names[1] == "pointwise\ninfeasible" and names[3] == "trajectory\nfailed"
+    assert "none" in [text.get_text() for text in fuel_figure(broken).axes[0].texts]
+
+
+def test_pngs_are_pictures_and_always_the_same(comparison, tmp_path):
+    for name, figure in figures(comparison).items():
+        (tmp_path / f"{name}.png").write_bytes(png(figure))
+        pixels = imread(tmp_path / f"{name}.png")
+        assert min(pixels.shape[:2]) > 300, name
+        assert 0.02 < np.mean(pixels[..., :3].min(axis=-1) < 0.9) < 0.9
+    assert png(fuel_figure(comparison)) == png(fuel_figure(comparison))
+
+
+def test_the_users_own_plots_are_left_alone(comparison):
+    from matplotlib import rcParams
+    from matplotlib._pylab_helpers import Gcf
+
+    before = dict(rcParams)
+    png(fuel_figure(comparison))
+    assert not Gcf.figs and dict(rcParams) == before
+
+
+def test_neighbouring_segments_of_one_task_are_one_span(comparison):
+    spans = task_spans(comparison.profile)
+    assert [span.kind for span in spans] == ["hover", "climb", "cruise", "descent", "hover"]
+    assert spans[0].start == 0.0 and spans[-1].end == pytest.approx(comparison.profile.duration)
+    segments = comparison.profile.segments
+    split = type(comparison.profile)(
+        (
+            type(segments[0])(**{**vars(segments[0]), "duration": 15.0}),
+            type(segments[0])(**{**vars(segments[0]), "start": 15.0, "duration": 25.0}),
+        )
+    )
+    assert [(span.start, span.end) for span in task_spans(split)] == [(0.0, 40.0)]

@@ -1,0 +1,79 @@
+"""The table shows the numbers of the summary, and no percentage for what can not be flown."""
+
+import re
+
+from vrsopt.operating_point import SIMPLIFICATIONS
+from vrsopt.report.tables import HEADINGS, footer, label, remarks, summary_rows, summary_text
+
+
+def test_numbers_are_those_of_the_summary(comparison):
+    schedules = comparison.summary()["schedules"]
+    rows = {row.name: row for row in summary_rows(comparison)}
+    assert list(rows) == list(schedules)
+    for name, figures in schedules.items():
+        shown = rows[name].cells
+        assert len(shown) == len(HEADINGS)
+        expected = [
+            figures["fuel_kg"],
+            figures["fuel_delta_percent"],
+            figures["fuel_delta_closed_percent"],
+            figures["fuel_physics_kg"],
+            figures["fuel_physics_delta_percent"],
+            figures["co2_kg"],
+        ]
+        for text, value in zip(shown[1:7], expected, strict=True):
+            assert abs(float(text) - value) <= 0.5 * 10 ** -len(text.partition(".")[2]) + 1e-9
+        rate = figures["max_rotor_speed_rate_percent_s"]
+        assert shown[7] == ("jumps" if rate is None else f"{rate:.2f}")
+        assert float(shown[8]) == round(max(figures["time_on_limits_percent"].values()), 1)
+        assert shown[9] == "flyable"
+    assert rows["pointwise"].cells[7] == "jumps" and rows["trajectory"].cells[7] == "1.00"
+
+
+def test_a_schedule_that_breaks_a_limit_has_no_percentage(broken):
+    rows = {row.name: row for row in summary_rows(broken)}
+    assert rows["pointwise"].cells[2:4] == ("-", "-") and rows["pointwise"].cells[5] == "-"
+    assert rows["pointwise"].verdict == "infeasible: torque 4.20 % over its limit at 90 s (cruise to quay)"
+    assert rows["trajectory"].verdict == "failed: no physics at 3 s (hover): no trim"
+    assert rows["trajectory"].cells[4] == "-"
+    assert rows["pointwise_rate_limited"].verdict == "flyable"
+    assert "pointwise: infeasible: torque 4.20 % over its limit at 90 s (cruise to quay)" in remarks(broken)
+
+
+def test_text_holds_everything_at_80_columns(broken, with_variant):
+    text = summary_text(broken, width=80)
+    assert max(map(len, text.splitlines())) <= 80
+    words = re.sub(r"\s+", " ", text)
+    assert "infeasible: torque 4.20 % over its limit at 90 s" in words
+    assert "Hop <über>" in words
+    for word in ("schedule", "verdict", "flyable", "infeasible", "failed", "trajectory"):
+        assert re.search(rf"(?m)(^|\s){word}(\s|$)", text), f"{word} is broken over two lines"
+    words = re.sub(r"\s+", " ", summary_text(with_variant))
+    assert words.startswith("Hop <über> ") and "Hop <über>, twist only" in words
+
+
+def test_footer_names_mass_effort_accuracy_and_simplifications(comparison):
+    summary, lines = comparison.summary(), footer(comparison)
+    text = "\n".join(lines)
+    for part in (
+        f"{summary['takeoff_mass_kg']:.1f} kg",
+        f"reserve {summary['reserve_kg']:.1f} kg",
+        f"duration {summary['duration_s']:.0f} s",
+        f"{summary['solver']['iterations']} iterations",
+        SIMPLIFICATIONS[1:],
+    ):
+        assert part in text
+    largest = max(abs(r.flight.fuel / r.physics.fuel - 1) for r in comparison.results.values())
+    assert f"{100 * largest:.3f} %" in text
+
+
+def test_a_nominal_schedule_that_is_not_flyable_is_pointed_out(broken):
+    results = {**broken.results, "nominal": broken.results["pointwise"]}
+    changed = type(broken)(**{**vars(broken), "results": results})
+    assert any("nominal schedule itself is not flyable" in line for line in remarks(changed))
+    assert not any("nominal schedule itself" in line for line in remarks(broken))
+
+
+def test_labels():
+    assert label("pointwise_rate_limited") == "pointwise, rate limited"
+    assert label("speed_only") == "speed only"
