@@ -283,7 +283,7 @@ class ResidualSystem:
         return ca.Function(
             self.name.replace(" ", "_"),
             [p, z0],
-            [self._outputs(z, p), z, ca.norm_inf(self._residual(z, p))],
+            [self._outputs(z, p), z, ca.mmax(ca.fabs(self._residual(z, p)))],
             ["p", "z0"],
             ["y", "z", "residual"],
         )

@@ -96,7 +96,7 @@ def sample(
 @lru_cache(maxsize=2)
 def block(seed: int, number: int, size: int) -> NDArray[np.float64]:
     """Latin-hypercube block ``number`` of a design: (size, 5) in the order of ``NAMES``, SI units."""
-    sampler = qmc.LatinHypercube(len(NAMES), seed=np.random.default_rng(seed + number))
+    sampler = qmc.LatinHypercube(len(NAMES), rng=np.random.default_rng(seed + number))
     return np.asarray(qmc.scale(sampler.random(size), *BOUNDS))
 
 

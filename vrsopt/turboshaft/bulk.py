@@ -42,7 +42,7 @@ class BulkSolver:
         residual = ca.Function("residual", [z, p], [r])
         options = {"abstol": TOLERANCE / 100, "max_iter": 60, "error_on_fail": False, "show_eval_warnings": False}
         root = ca.rootfinder("root", "fast_newton", residual, options)
-        check = ca.Function("check", [z, p], [y, z, ca.norm_inf(r)])
+        check = ca.Function("check", [z, p], [y, z, ca.mmax(ca.fabs(r))])
         point = ca.MX.sym("p", len(self.system.parameters))
         start = ca.DM([unknown.start / unknown.scale for unknown in self.system.unknowns])
         return ca.Function("point", [point], list(check(root(start, point), point))).map(CHUNK)
