@@ -75,7 +75,7 @@ def test_engine_state_hears_altitude_temperature_and_rotor_speed():
         ),
         ("tail rotor", (1700.0, 60.0), {"rotor_speed": 0.8 * NOMINAL, "climb_angle": 0.03}, ["tail-rotor", "largest"]),
         ("over power", (2400.0, 70.0), {}, ["kW per engine above 257.0 kW"]),
-        ("over torque", (2200.0, 40.0), {"rotor_speed": 0.85 * NOMINAL, "climb_angle": 0.215}, ["torque", "%"]),
+        ("over torque", (2300.0, 66.5), {"rotor_speed": 0.95 * NOMINAL}, ["torque", "%"]),
         ("over temperature", (2200.0, 0.0), {"altitude": 3000.0, "isa_offset": 20.0}, ["inter-turbine", "1113 K"]),
     ],
 )

@@ -1,5 +1,6 @@
 """The section: the deck's values, symmetry, drag above zero, and derivatives everywhere."""
 
+import runpy
 from pathlib import Path
 
 import casadi as ca
@@ -110,6 +111,21 @@ def test_smooth_and_with_positive_drag_over_the_whole_circle(mach):
     step = np.radians(0.5)
     predicted = 0.5 * (slope[:2, :-1] + slope[:2, 1:]) * step
     assert np.abs(np.diff(value, axis=1) - predicted).max() < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DECK.is_file(), reason="the section deck is not part of the package")
+def test_the_script_derives_the_shipped_section_from_the_deck():
+    script = runpy.run_path(str(Path(__file__).parents[2] / "problems" / "fit_section.py"), run_name="fit_section")
+    with np.load(DECK) as archive:
+        deck = {name: archive[name] for name in archive.files}
+    fitted = {name: tuple(c) for part in ("LIFT", "DRAG") for name, c in script["fit"](deck, script[part]).items()}
+    section = SECTION.replaced(**fitted, drag_reference=round(script["drag_reference"](fitted), 5))
+    alpha = np.linspace(-4, 10, 57)
+    for mach in MACH:
+        shipped, again = coefficients(SECTION, alpha, mach), coefficients(section, alpha, mach)
+        assert again[0] == pytest.approx(shipped[0], abs=1e-6)
+        assert again[1] == pytest.approx(shipped[1], abs=3e-4)
 
 
 def test_whole_circle_is_periodic_and_reversed_flow_lifts_less():
