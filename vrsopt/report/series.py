@@ -9,7 +9,7 @@ import numpy as np
 
 from vrsopt.report.style import (
     GREY,
-    LIMIT_COLOURS,
+    LIMIT_STYLES,
     MINUTE,
     NORMAL,
     SCHEDULE_STYLES,
@@ -100,8 +100,8 @@ def _limits(axes: Axes, comparison: Comparison) -> None:
     name = next(name for name in FOREMOST if name in comparison.results)
     flight = comparison.results[name].flight
     time = flight.time / MINUTE
-    for row, colour, limit in zip(flight.limits, LIMIT_COLOURS, flight.time_on_limits, strict=True):
-        axes.plot(time, _usage_percent(row), color=colour, linewidth=1.1, label=limit)
+    for row, (colour, width), limit in zip(flight.limits, LIMIT_STYLES, flight.time_on_limits, strict=True):
+        axes.plot(time, _usage_percent(row), color=colour, linewidth=width, zorder=3 - width / 10, label=limit)
     axes.axhline(100.0, **BOUND, label="limit")
     axes.set_ylabel("use of limits, %")
     axes.set_ylim(bottom=0.0)

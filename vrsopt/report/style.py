@@ -42,7 +42,8 @@ SCHEDULE_STYLES: Mapping[str, tuple[str, str, float]] = {
     "pointwise_rate_limited": (GREEN, "-", 1.4),
     "trajectory": (VERMILION, "-", 1.1),
 }
-LIMIT_COLOURS = (VERMILION, BLUE, SKY, ORANGE, PURPLE)
+# colour and line width by limit; the torque is wide because at nominal rotor speed it equals the engine power
+LIMIT_STYLES = ((VERMILION, 1.1), (BLUE, 1.1), (SKY, 2.6), (ORANGE, 1.1), (PURPLE, 1.1))
 SMALL, NORMAL = 8, 9  # font sizes
 MINUTE = 60.0
 
