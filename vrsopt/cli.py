@@ -34,6 +34,7 @@ from vrsopt.console import (
 from vrsopt.errors import InputError
 
 TRACKS = (".csv", ".gpx")
+MOST_SAMPLES, MOST_WORKERS = 1_000_000, 1024  # more do not fit into memory, or into one machine
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
 
@@ -186,6 +187,9 @@ def sample(
     Example: the shipped design once more
       vrsopt sample --samples 1500 --out doe.db --workers 2
     """
+    for name, count, most in (("samples", samples, MOST_SAMPLES), ("workers", workers, MOST_WORKERS)):
+        if count > most:
+            raise InputError(f"sample: {name} = {count}: at most {most}")
     check_file(out)
     from vrsopt.surrogate.design import sample as sampled
 
@@ -196,9 +200,7 @@ def sample(
 def fit(
     design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample.")],
     out: Annotated[Path, typer.Option(help="Surrogate to write (NetCDF).")],
-    correlation: Annotated[
-        str, typer.Option(help="squared_exponential, matern52 or exponential.")
-    ] = "squared_exponential",
+    correlation: Annotated[str, typer.Option(help="squared_exponential or exponential.")] = "squared_exponential",
     as_json: AsJson = False,
 ) -> None:
     """Fit a surrogate to a design of experiments.
@@ -207,7 +209,7 @@ def fit(
 
     \b
     Example:
-      vrsopt fit doe.db --out surrogate.nc --correlation matern52
+      vrsopt fit doe.db --out surrogate.nc
     """
     check_file(out)
     if out.exists() and design.exists() and out.samefile(design):

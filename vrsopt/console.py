@@ -34,10 +34,12 @@ def run(app: typer.Typer, words: Sequence[str]) -> int:
         if sys.stdout is not None:
             sys.stdout.flush()
         return code
-    except BrokenPipeError:
-        silent = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(silent, sys.stdout.fileno())  # nobody reads any more: no complaint when the process ends either
-        return 1
+    except OSError as error:  # standard output can not be written: nothing may be left to write when the process ends
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            return 1  # nobody reads any more: as other programs, without a word
+        complain(f"standard output: {error.strerror}")
+        return BAD_INPUT
 
 
 def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
@@ -52,10 +54,10 @@ def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
         return _failed(BAD_INPUT, str(error), words)
     except NoSolutionError as error:
         return _failed(NO_SOLUTION, str(error), words)
-    except BrokenPipeError:
-        raise
     except OSError as error:
-        return _failed(BAD_INPUT, f"{error.filename or 'output'}: {error.strerror}", words)
+        if error.filename is None:
+            raise
+        return _failed(BAD_INPUT, f"{error.filename}: {error.strerror}", words)
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     if code == INTERRUPTED:  # typer may have turned the interrupt into this code

@@ -1,0 +1,274 @@
+"""Whatever a user gets wrong ends in one line on standard error, the right exit code, and nothing written."""
+
+import json
+import shutil
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from vrsopt.cli import main
+
+MISSION = """
+name = "hop"
+aircraft = "bo105"
+start = "base"
+isa_offset_k = 0.0
+
+[places.base]
+latitude_deg = 47.0
+longitude_deg = 8.0
+elevation_m = 400.0
+
+[places.site]
+latitude_deg = 47.015
+longitude_deg = 8.0
+elevation_m = 400.0
+
+[loading]
+empty_kg = 1300.0
+crew_kg = 170.0
+reserve_minutes = 20.0
+
+[[tasks]]
+kind = "hover"
+duration_s = 15.0
+
+[[tasks]]
+kind = "climb"
+altitude_m = 430.0
+climb_angle_deg = 7.12
+
+[[tasks]]
+kind = "cruise"
+to = "site"
+speed_m_s = 45.0
+
+[[tasks]]
+kind = "descent"
+
+[[tasks]]
+kind = "hover"
+duration_s = 15.0
+"""
+
+
+@pytest.fixture(autouse=True)
+def inside(tmp_path, monkeypatch):
+    """An empty folder with a mission and what else the cases name."""
+    monkeypatch.chdir(tmp_path)
+    Path("hop.toml").write_text(MISSION)
+    Path("garbage").write_bytes(bytes(range(256)) * 20)
+    Path("empty").touch()
+    Path("folder").mkdir()
+    data = resources.files("vrsopt") / "data"
+    Path("cut.db").write_bytes((data / "design.db").read_bytes()[:20_000])
+    Path("cut.nc").write_bytes((data / "surrogate.nc").read_bytes()[:3_000])
+
+
+def refused(capsys, *words: object, code: int = 2) -> str:
+    """The one line on standard error of ``words``, which must fail with ``code`` and write nothing."""
+    before = sorted(Path().rglob("*"))
+    assert main([str(word) for word in words]) == code
+    out, err = capsys.readouterr()
+    assert sorted(Path().rglob("*")) == before
+    assert out == ""
+    assert err.startswith("vrsopt: ") and err.endswith("\n") and err.count("\n") == 1
+    return err.removeprefix("vrsopt: ").rstrip("\n")
+
+
+TRIM = ("trim", "--mass", "2200", "--speed", "30")
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ((), "Missing command; see vrsopt --help"),
+        (("fly",), "No such command 'fly'; see vrsopt --help"),
+        (("trim", "--speed", "30"), "trim: Missing option '--mass'; see vrsopt trim --help"),
+        ((*TRIM, "--colour", "red"), "trim: No such option: --colour; see vrsopt trim --help"),
+        ((*TRIM, "more"), "trim: Got unexpected extra argument"),
+        (("trim", "--mass", "heavy", "--speed", "30"), "'--mass': 'heavy' is not a number"),
+        (("trim", "--mass", "-2200", "--speed", "30"), "trim: mass = -2200: a number from 500 to 5000"),
+        (("trim", "--mass", "nan", "--speed", "30"), "trim: mass = nan: a number from 500 to 5000"),
+        (("trim", "--mass", "2200", "--speed", "300"), "trim: speed = 300: a number from 0 to 90"),
+        (("trim", "--mass", "2200", "--speed", "inf"), "trim: speed = inf: a number from 0 to 90"),
+        ((*TRIM, "--altitude", "99999"), "trim: altitude = 99999: a number from -500 to 6000"),
+        ((*TRIM, "--rotor-speed-percent", "10"), "trim: rotor_speed_percent = 10: a number from 50 to 130"),
+        ((*TRIM, "--rotor-speed-percent", "nan"), "trim: rotor_speed_percent = nan: a number from 50 to 130"),
+        ((*TRIM, "--twist-deg", "90"), "trim: twist_deg = 90: a number from -5.7 to 22.9"),
+        ((*TRIM, "--climb-angle-deg", "-45"), "trim: climb_angle_deg = -45: a number from -20 to 20"),
+        ((*TRIM, "--load-factor", "9"), "trim: load_factor = 9: a number from 0.5 to 3"),
+        ((*TRIM, "--aircraft", "nosuch.toml"), "nosuch.toml: no such file"),
+        ((*TRIM, "--aircraft", "folder"), "folder: can not be read"),
+        ((*TRIM, "--aircraft", "garbage"), "garbage: not a TOML file"),
+        ((*TRIM, "--aircraft", "hop.toml"), "hop.toml: "),
+        (("engine", "--power-kw", "-1"), "engine: power_kw = -1: a number of at least 0"),
+        (("engine", "--power-kw", "much"), "'--power-kw': 'much' is not a number"),
+        (("engine", "--power-kw", "nan"), "engine: power_kw = nan: a number of at least 0"),
+        (("engine", "--power-kw", "9", "--mach", "2"), "engine: mach = 2.0: a number from 0 to 0.4"),
+        (
+            ("engine", "--power-kw", "9", "--power-turbine-speed-percent", "0"),
+            "engine: power_turbine_speed_percent = 0: a number from 40 to 140",
+        ),
+    ],
+)
+def test_trim_and_engine(capsys, words, line):
+    assert line in refused(capsys, *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("--samples", "0", "--out", "a.db"), "sample: samples = 0: at least 1"),
+        (("--samples", "-3", "--out", "a.db"), "sample: samples = -3: at least 1"),
+        (("--samples", "1e3", "--out", "a.db"), "'--samples': '1e3' is not a whole number"),
+        (("--samples", "2000000000", "--out", "a.db"), "sample: samples = 2000000000: at most 1000000"),
+        (("--workers", "0", "--out", "a.db"), "sample: workers = 0: at least 1"),
+        (("--workers", "99999999999", "--out", "a.db"), "sample: workers = 99999999999: at most 1024"),
+        (("--seed", "-1", "--out", "a.db"), "sample: seed = -1: at least 0"),
+        (("--out", "nowhere/a.db"), "nowhere/a.db: can not be written: no folder nowhere"),
+        (("--out", "folder"), "folder: can not be written: it is a folder"),
+        (("--out", "garbage"), "garbage: exists already: resume it or name another file"),
+        (("--out", "garbage", "--resume"), "garbage: not a readable design of experiments"),
+        ((), "sample: Missing option '--out'"),
+    ],
+)
+def test_sample(capsys, words, line):
+    assert line in refused(capsys, "sample", *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("nosuch.db", "--out", "s.nc"), "nosuch.db: no such file"),
+        (("folder", "--out", "s.nc"), "folder: "),
+        (("empty", "--out", "s.nc"), "empty: not a design of experiments"),
+        (("garbage", "--out", "s.nc"), "garbage: not a readable design of experiments: file is not a database"),
+        (("cut.db", "--out", "s.nc"), "cut.db: not a readable design of experiments"),
+        (("cut.db", "--out", "nowhere/s.nc"), "nowhere/s.nc: can not be written: no folder nowhere"),
+        (("cut.db", "--out", "cut.db"), "cut.db: can not be written: it is the design of experiments itself"),
+        (("cut.db", "--out", "s.nc", "--correlation", "linear"), "fit: correlation = 'linear': one of squared_exp"),
+        (("cut.db",), "fit: Missing option '--out'"),
+    ],
+)
+def test_fit(capsys, words, line):
+    assert line in refused(capsys, "fit", *words)
+
+
+def changed(old: str, new: str) -> None:
+    assert MISSION.count(old) >= 1
+    Path("hop.toml").write_text(MISSION.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("crew_kg = 170.0", "crew_kg = 170.0\npilot_kg = 3", "loading.pilot_kg = 3: unknown key, allowed: empty_kg"),
+        ("crew_kg = 170.0", "crew_kg = -170.0", "loading.crew_kg = -170.0: allowed: a number from 0 to 2500"),
+        ("crew_kg = 170.0", "crew_kg = 'two'", "loading.crew_kg = 'two': allowed: a number from 0 to 2500"),
+        ("crew_kg = 170.0", "crew_kg = nan", "loading.crew_kg = nan: allowed: a number from 0 to 2500"),
+        ("speed_m_s = 45.0", "speed_m_s = 300.0", "tasks[2].speed_m_s = 300.0: allowed: a number from 1 to 70"),
+        ("isa_offset_k = 0.0", "isa_offset_k = inf", "isa_offset_k = inf: allowed: a number from -40 to 40"),
+        ('kind = "hover"', 'kind = "hoover"', "tasks[0].kind = 'hoover': allowed: idle, hover, climb"),
+        ('to = "site"', 'to = "moon"', "tasks[2].to = 'moon': allowed: a place of this file (base, site)"),
+        ('name = "hop"', "name = ", "not a TOML file: Invalid value (at line 2, column 8)"),
+    ],
+)
+def test_mission_file(capsys, old, new, line):
+    changed(old, new)
+    message = refused(capsys, "solve", "hop.toml", "--out", "results")
+    assert message.startswith("hop.toml: ") and line in message
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("nosuch.toml", "--out", "r"), "nosuch.toml: no such file"),
+        (("folder", "--out", "r"), "folder: can not be read"),
+        (("garbage", "--out", "r"), "garbage: not a TOML file"),
+        (("empty", "--out", "r"), "empty: name: missing"),
+        (("track.csv", "--out", "r"), "track.csv: flown tracks can not be read yet: a mission file (.toml)"),
+        (("track.GPX", "--out", "r"), "track.GPX: flown tracks can not be read yet"),
+        (("hop.toml", "--out", "garbage"), "garbage: can not be written: garbage is not a folder"),
+        (("hop.toml", "--out", "garbage/deep/er"), "garbage is not a folder"),
+        (
+            ("hop.toml", "--out", "r", "--schedules", "best"),
+            "solve: schedules: 'best': some of nominal, pointwise, tra",
+        ),
+        (("hop.toml", "--out", "r", "--schedules", ""), "solve: schedules: '': some of nominal, pointwise, trajectory"),
+        (
+            ("hop.toml", "--out", "r", "--variables", "none"),
+            "solve: variables = 'none': one of both, speed, twist, all",
+        ),
+        (("hop.toml", "--out", "r", "--surrogate", "nosuch.nc"), "nosuch.nc: can not be read"),
+        (("hop.toml", "--out", "r", "--surrogate", "folder"), "folder: can not be read"),
+        (("hop.toml", "--out", "r", "--surrogate", "garbage"), "garbage: not a surrogate"),
+        (("hop.toml", "--out", "r", "--surrogate", "cut.nc"), "cut.nc: not a surrogate"),
+        (("hop.toml",), "solve: Missing option '--out'"),
+        (("--out", "r"), "solve: Missing argument"),
+    ],
+)
+def test_solve(capsys, words, line):
+    assert line in refused(capsys, "solve", *words)
+
+
+def test_json_is_one_object_on_bad_input_too(capsys):
+    assert main(["solve", "nosuch.toml", "--out", "results", "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"success": False, "message": "nosuch.toml: no such file"}
+    assert err == "vrsopt: nosuch.toml: no such file\n"
+
+
+def test_overloaded_mission_has_no_solution(capsys):
+    changed("empty_kg = 1300.0", "empty_kg = 2400.0")
+    line = refused(capsys, "solve", "hop.toml", "--out", "results", code=3)
+    assert line == "take-off mass: at least 2570.0 kg is needed, 70.0 kg over the maximum 2500 kg"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"climb_angle_deg = 7.12": "climb_angle_deg = 25.0"}, "at 15 s (climb to site)"),  # too steep
+        (
+            {
+                "empty_kg = 1300.0": "empty_kg = 2260.0",
+                "elevation_m = 400.0": "elevation_m = 1150.0",
+                "altitude_m = 430.0": "altitude_m = 1180.0",
+                "isa_offset_k = 0.0": "isa_offset_k = 20.0",
+            },
+            "at 0 s (hover at base)",  # heavy, hot and high
+        ),
+    ],
+)
+def test_mission_beyond_the_engines(capsys, changes, where):
+    text = MISSION
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    Path("hop.toml").write_text(text)
+    assert main(["solve", "hop.toml", "--out", "results", "--schedules", "nominal", "--json"]) == 3
+    out, err = capsys.readouterr()
+    summary = json.loads(out)
+    assert err.count("\n") == 1
+    assert err.startswith("vrsopt: hop: nominal: engine power ") and "% over its limit" in err and where in err
+    assert (summary["success"], summary["schedules"]["nominal"]["success"]) == (False, False)
+    assert json.loads(Path("results/summary.json").read_text()) == summary
+
+
+def test_results_of_a_former_run_stay_when_a_run_is_refused(capsys):
+    Path("results").mkdir()
+    Path("results/summary.json").write_text("{}")
+    refused(capsys, "solve", "hop.toml", "--out", "results", "--schedules", "best")
+    assert Path("results/summary.json").read_text() == "{}"
+
+
+def test_surrogate_of_other_data_is_refused(capsys):
+    shutil.copy(resources.files("vrsopt") / "data" / "bo105.toml", "mine.toml")
+    text = Path("mine.toml").read_text()
+    assert "chord" in text
+    line = text[text.index("chord") :].splitlines()[0]
+    value = line.partition("value = ")[2].split(",")[0].strip()
+    Path("mine.toml").write_text(text.replace(line, line.replace(value, str(float(value) * 1.001), 1), 1))
+    changed('aircraft = "bo105"', 'aircraft = "mine.toml"')
+    assert "data hash = " in refused(capsys, "solve", "hop.toml", "--out", "results")

@@ -1,0 +1,291 @@
+"""The command line: what each sub-command prints and writes, and that the words agree with the Python verbs."""
+
+import json
+import math
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+import vrsopt
+from vrsopt.cli import main
+from vrsopt.console import DEGREES, PERCENT, converted
+
+TRIM_KEYS = (
+    "success status message residual_norm main_rotor_power_w tail_rotor_power_w shaft_power_per_engine_w "
+    "fuel_flow_kg_s co2_kg_s collective_deg lateral_cyclic_deg longitudinal_cyclic_deg tail_collective_deg "
+    "pitch_deg roll_deg gas_generator_speed_percent turbine_inlet_temperature_k blade_loading figure_of_merit feasible reason"
+).split()
+ENGINE_KEYS = (
+    "success power_w fuel_flow_kg_s sfc_kg_kwh gas_generator_speed_percent power_turbine_speed_percent "
+    "turbine_inlet_temperature_k power_turbine_inlet_temperature_k pressure_ratio air_flow_kg_s co2_kg_s"
+).split()
+FIT_KEYS = ("pearson_percent slope_deg bias_percent mean_abs_error_percent rms_error_percent std_error_percent").split()
+MISSION = """
+name = "hop"
+aircraft = "bo105"
+start = "base"
+
+[places.base]
+latitude_deg = 47.0
+longitude_deg = 8.0
+elevation_m = 400.0
+
+[places.site]
+latitude_deg = 47.015
+longitude_deg = 8.0
+elevation_m = 400.0
+
+[loading]
+empty_kg = 1300.0
+crew_kg = 170.0
+reserve_minutes = 20.0
+
+[[tasks]]
+kind = "hover"
+duration_s = 15.0
+
+[[tasks]]
+kind = "climb"
+altitude_m = 430.0
+
+[[tasks]]
+kind = "cruise"
+to = "site"
+speed_m_s = 45.0
+
+[[tasks]]
+kind = "descent"
+
+[[tasks]]
+kind = "hover"
+duration_s = 15.0
+"""
+
+
+def run(capsys, *words: object) -> tuple[int, str, str]:
+    code = main([str(word) for word in words])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def run_json(capsys, *words: object) -> dict:
+    code, out, err = run(capsys, *words, "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    return json.loads(out)
+
+
+@pytest.fixture
+def mission(tmp_path) -> Path:
+    path = tmp_path / "hop.toml"
+    path.write_text(MISSION)
+    return path
+
+
+@pytest.fixture
+def small_design(tmp_path) -> Path:
+    """The first points of the shipped design."""
+    path = tmp_path / "doe.db"
+    shutil.copy(resources.files("vrsopt") / "data" / "design.db", path)
+    with sqlite3.connect(path) as connection:
+        connection.execute("DELETE FROM points WHERE point >= 130")
+    connection.close()
+    return path
+
+
+def test_trim_prints_the_point_of_the_verb(capsys):
+    words = ("trim", "--mass", 2200, "--altitude", 300, "--speed", 30, "--rotor-speed-percent", 90, "--twist-deg", 10)
+    figures = run_json(capsys, *words, "--climb-angle-deg", 2, "--load-factor", 1.1, "--isa-offset", 5)
+    point = vrsopt.trim(
+        2200.0,
+        30.0,
+        altitude=300.0,
+        rotor_speed=0.9 * 44.4,
+        twist=math.radians(10.0),
+        climb_angle=math.radians(2.0),
+        load_factor=1.1,
+        isa_offset=5.0,
+    )
+    assert list(figures) == TRIM_KEYS
+    assert figures["fuel_flow_kg_s"] == pytest.approx(point.fuel_flow, rel=1e-9)
+    assert figures["main_rotor_power_w"] == pytest.approx(point.main_rotor_power, rel=1e-9)
+    assert figures["collective_deg"] == pytest.approx(math.degrees(point.collective), rel=1e-9)
+    assert figures["gas_generator_speed_percent"] == pytest.approx(100 * point.gas_generator_speed, rel=1e-9)
+    assert (figures["success"], figures["status"], figures["feasible"]) == (True, "converged", True)
+
+
+def test_trim_figure_of_merit_is_that_of_a_hover(capsys):
+    assert 0.5 < run_json(capsys, "trim", "--mass", 2000, "--speed", 0)["figure_of_merit"] < 0.85
+    assert run_json(capsys, "trim", "--mass", 2000, "--speed", 20)["figure_of_merit"] is None
+
+
+def test_trim_table(capsys):
+    code, out, err = run(capsys, "trim", "--mass", 2200, "--speed", 30)
+    assert (code, err) == (0, "")
+    assert "kg/h" in out and "flyable          yes" in out
+
+
+def test_point_that_may_not_be_flown_is_no_failure(capsys):
+    figures = run_json(capsys, "trim", "--mass", 3500, "--speed", 0)
+    assert (figures["success"], figures["feasible"]) == (True, False)
+    assert "kW per engine above 257.0 kW" in figures["reason"]
+
+
+def test_point_without_trim(capsys):
+    words = ("trim", "--mass", 2200, "--speed", 30, "--altitude", 2000, "--rotor-speed-percent", 60, "--json")
+    code, out, err = run(capsys, *words)
+    figures = json.loads(out)
+    assert code == 3
+    assert list(figures) == TRIM_KEYS
+    assert (figures["success"], figures["feasible"], figures["fuel_flow_kg_s"]) == (False, False, None)
+    assert err.count("\n") == 1
+    assert "2200 kg, 30 m/s, 2000 m, rotor speed 60 %: blade loading 0.2363 above 0.1261" in err
+
+
+def test_engine_prints_the_result_of_the_verb(capsys):
+    words = ("engine", "--power-kw", 200, "--power-turbine-speed-percent", 95, "--altitude", 500)
+    figures = run_json(capsys, *words, "--isa-offset", 10, "--mach", 0.1)
+    result = vrsopt.engine(200e3, power_turbine_speed=0.95, altitude=500.0, isa_offset=10.0, mach=0.1)
+    assert list(figures) == ENGINE_KEYS
+    assert all(figures[key] == pytest.approx(getattr(result, key)) for key in ENGINE_KEYS)
+
+
+def test_engine_without_power_has_no_consumption_per_power(capsys):
+    assert run_json(capsys, "engine", "--power-kw", 0)["sfc_kg_kwh"] is None
+
+
+def test_power_that_can_not_be_had(capsys):
+    code, out, err = run(capsys, "engine", "--power-kw", 400, "--json")
+    assert (code, json.loads(out)["success"]) == (3, False)
+    assert err.startswith("vrsopt: engine: power 400.0 kW can not be had: maximum power 313")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_sample_resume_and_refusal_to_overwrite(capsys, tmp_path):
+    design = tmp_path / "doe.db"
+    words = ("sample", "--samples", 2, "--seed", 3, "--workers", 1, "--out", design)
+    code, out, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    assert "2 flyable" in out
+    content = design.read_bytes()
+    code, out, err = run(capsys, *words)
+    assert (code, out, err) == (2, "", f"vrsopt: {design}: exists already: resume it or name another file\n")
+    assert run(capsys, *words, "--resume")[0] == 0
+    assert design.read_bytes() == content
+
+
+@pytest.mark.slow
+def test_fit_writes_a_surrogate_and_its_figures(capsys, tmp_path, small_design):
+    out = tmp_path / "surrogate.nc"
+    figures = run_json(capsys, "fit", small_design, "--out", out)
+    assert figures["samples"] == 130
+    assert 100 <= figures["flyable"] <= figures["converged"] <= 130
+    for case in ("flyable", "converged"):
+        assert list(figures["outputs"]["main_rotor_power"][case]) == FIT_KEYS
+        assert figures["outputs"]["main_rotor_power"][case]["pearson_percent"] > 95
+    assert set(vrsopt.load_surrogate(out).models) == set(figures["outputs"])
+
+
+@pytest.mark.slow
+def test_solve_writes_its_results_and_prints_the_summary(capsys, tmp_path, mission):
+    folder = tmp_path / "deep" / "results"
+    words = ("solve", mission, "--out", folder, "--schedules", "nominal,trajectory")
+    figures = run_json(capsys, *words)
+    assert {"mission", "takeoff_mass_kg", "duration_s", "schedules", "solver"} <= set(figures)
+    assert list(figures["schedules"]) == ["nominal", "trajectory"]
+    assert figures["schedules"]["trajectory"]["fuel_delta_percent"] < -1.0
+    assert json.loads((folder / "summary.json").read_text()) == figures
+    assert {"result.nc", "report.html", "summary.json"} <= {file.name for file in folder.iterdir()}
+
+
+@pytest.mark.slow
+def test_solve_table_and_variants(capsys, tmp_path, mission):
+    folder = tmp_path / "results"
+    code, out, err = run(capsys, "solve", mission, "--out", folder, "--schedules", "nominal", "--variables", "all")
+    assert (code, err) == (0, "")
+    assert "hop" in out and "flyable" in out and "summary.json" in out
+    assert {"speed_only", "twist_only"} <= set(json.loads((folder / "summary.json").read_text()))
+
+
+def test_help_of_every_command_has_an_example(capsys):
+    for verb in ("trim", "engine", "sample", "fit", "solve"):
+        code, out, err = run(capsys, verb, "--help")
+        assert (code, err) == (0, "")
+        assert f"  vrsopt {verb} " in out and "Example" in out
+
+
+def test_help_loads_no_models():
+    code = "import sys; from vrsopt.cli import main; main(['--help']); print('|', *sys.modules)"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "Commands:" in shown
+    assert not {"casadi", "numpy", "matplotlib"} & set(shown.partition("|")[2].split())
+
+
+def test_version_names_program_model_and_data(capsys):
+    code, out, err = run(capsys, "--version")
+    assert (code, err) == (0, "")
+    assert out.startswith(f"vrsopt {vrsopt.__version__}, model 1, data ")
+
+
+def test_percent_and_degrees_are_shown_as_typed():
+    assert converted("x", 100.0, per=PERCENT, allowed=(0.5, 1.3)) == 1.0
+    assert converted("x", 180.0, per=DEGREES, allowed=(-4.0, 4.0)) == pytest.approx(math.pi, rel=1e-15)
+    with pytest.raises(vrsopt.InputError, match="x = 22.95: a number from -5.7 to 22.9"):
+        converted("x", 22.95, per=DEGREES, allowed=(-0.1, 0.4))
+
+
+@pytest.mark.parametrize("words", [["trim", "--mass", "2200", "--speed", "30"], ["--help"]])
+def test_a_reader_that_goes_away_is_no_traceback(words):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vrsopt", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    assert (process.wait(), error) == (1, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_output_that_can_not_be_written():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "vrsopt", "--help"], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert (done.returncode, done.stderr) == (2, "vrsopt: standard output: No space left on device\n")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_interrupt_is_one_line_and_keeps_the_points(tmp_path):
+    design = tmp_path / "doe.db"
+    words = [sys.executable, "-m", "vrsopt", "sample", "--samples", "500", "--workers", "1", "--out", str(design)]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while _points(design) < 2:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=60)
+    assert (process.returncode, out, error) == (130, "", "vrsopt: interrupted\n")
+    assert _points(design) >= 2
+
+
+def _points(design: Path) -> int:
+    if not design.exists():
+        return 0
+    connection = sqlite3.connect(f"{design.as_uri()}?mode=ro", uri=True)
+    try:
+        return connection.execute("SELECT count(*) FROM points").fetchone()[0]
+    except sqlite3.OperationalError:  # not there yet
+        return 0
+    finally:
+        connection.close()
