@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrsopt.schedule.compare import Comparison
     from vrsopt.turboshaft.performance import EngineResult
 
-BAD_INPUT, NO_SOLUTION, INTERRUPTED = 2, 3, 130
+BROKEN, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 1, 2, 3, 130
 PERCENT, DEGREES, KILO = 100.0, 180.0 / math.pi, 1e-3  # typed units per unit of the library
 # The parser's error for a wrong option or argument: the base of the one that typer exports.
 UsageError: Any = typer.BadParameter.__mro__[1]
@@ -37,7 +37,7 @@ def run(app: typer.Typer, words: Sequence[str]) -> int:
     except OSError as error:  # standard output can not be written: nothing may be left to write when the process ends
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
-            return 1  # nobody reads any more: as other programs, without a word
+            return BROKEN  # nobody reads any more: as other programs, without a word
         complain(f"standard output: {error.strerror}")
         return BAD_INPUT
 
@@ -54,6 +54,9 @@ def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
         return _failed(BAD_INPUT, str(error), words)
     except NoSolutionError as error:
         return _failed(NO_SOLUTION, str(error), words)
+    except ImportError as error:  # an incomplete installation, or an interrupt while a compiled module loads
+        complain(f"{error.name or 'a module'} can not be loaded: {error}")
+        return BROKEN
     except OSError as error:
         if error.filename is None:
             raise
