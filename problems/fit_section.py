@@ -90,18 +90,22 @@ DRAG = Part(
         "negative_ramp_slope": (1.5,),
         "log_negative_ramp_width": (-4.3,),
     },
-    angles=(-8.0, 19.0),
+    angles=(-90.0, 90.0),
     highest_mach=0.9,
 )
 
 
 def deck_points(deck: dict[str, np.ndarray], part: Part) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Angles [rad], Mach numbers and values (N,) of the deck inside the range that ``part`` is fitted on."""
-    angles, machs = np.meshgrid(deck[f"c81_alpha_{part.table}"], deck[f"c81_mach_{part.table}"], indexing="ij")
+    known, table = deck[f"c81_mach_{part.table}"], deck[f"c81_{part.table}"]
+    # Halfway between its columns a deck is read linearly; for the drag, which rises steeply there, that is fitted too.
+    grid = np.union1d(known, 0.5 * (known[:-1] + known[1:])) if part is DRAG else known
+    table = np.array([np.interp(grid, known, row) for row in table])
+    angles, machs = np.meshgrid(deck[f"c81_alpha_{part.table}"], grid, indexing="ij")
     inside = (angles >= part.angles[0]) & (angles <= part.angles[1]) & (machs >= 0.2) & (machs <= part.highest_mach)
     if part is LIFT:
         inside &= angles != POST_STALL_BREAK
-    return np.radians(angles[inside]), machs[inside], deck[f"c81_{part.table}"][inside]
+    return np.radians(angles[inside]), machs[inside], table[inside]
 
 
 def section_function(part: Part, count: int) -> ca.Function:
@@ -140,15 +144,21 @@ def fit(deck: dict[str, np.ndarray], part: Part) -> dict[str, list[float]]:
     evaluate, slopes = ca.Function("f", [x], [model]), ca.Function("j", [x], [ca.jacobian(model, x)])
 
     powers = np.concatenate([np.arange(degree + 1) for degree in part.degrees.values()])
+    is_width = np.concatenate([np.full(degree + 1, n.startswith("log_")) for n, degree in part.degrees.items()])
     start = np.concatenate([np.pad(part.start[n], (0, d + 1 - len(part.start[n]))) for n, d in part.degrees.items()])
     size = np.concatenate([np.full(degree + 1, abs(part.start[n][0])) for n, degree in part.degrees.items()])
+    # The pull towards the start keeps the high powers from wandering.
     if part is LIFT:
         attached = (alpha > np.radians(-5)) & (alpha < np.radians(11))
         weight = np.where(attached, 1 / 0.01, 1 / 0.04)
-        pull = np.where(powers > 1, 1.5 / np.maximum(size, 0.1), 0.0)  # keeps the high powers from wandering
+        pull = np.where(powers > 1, 1.5 / np.maximum(size, 0.1), 0.0)
         scale: str | np.ndarray = np.maximum(size, 0.05)
     else:
-        weight, pull, scale = 1 / (0.0005 + 0.05 * value), np.zeros_like(start), "jac"
+        attached = (alpha > np.radians(-5)) & (alpha < np.radians(10))
+        stall = (alpha > np.radians(-9)) & (alpha < np.radians(20))
+        weight = np.where(attached, 1.0, np.where(stall, 0.5, 0.1)) / (0.0008 + 0.05 * value)
+        pull = np.where(powers > np.where(is_width, 0, 2), 0.3 / np.maximum(size, 0.05), 0.0)
+        scale = "jac"
 
     def residual(z: np.ndarray) -> np.ndarray:
         return np.concatenate([(evaluate(z).full().ravel() - value) * weight, pull * (z - start)])

@@ -223,7 +223,7 @@ def test_json_is_one_object_on_bad_input_too(capsys):
 def test_overloaded_mission_has_no_solution(capsys):
     changed("empty_kg = 1300.0", "empty_kg = 2400.0")
     line = refused(capsys, "solve", "hop.toml", "--out", "results", code=3)
-    assert line == "take-off mass: at least 2570.0 kg is needed, 70.0 kg over the maximum 2500 kg"
+    assert line == "hop: take-off mass: at least 2570.0 kg is needed, 70.0 kg over the maximum 2500 kg"
 
 
 @pytest.mark.slow

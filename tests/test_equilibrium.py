@@ -167,7 +167,7 @@ def test_equal_density_is_equal_power_but_for_mach_number():
     """A standard day at the density altitude of a warm one: only the Mach number differs, the warm air's is lower."""
     altitude, offset = 800.0, 20.0
     same = density_altitude(altitude, offset)
-    for speed, largest in ((0.0, 0.01), (30.0, 0.02), (60.0, 0.07)):
+    for speed, largest in ((0.0, 0.01), (30.0, 0.025), (60.0, 0.07)):
         warm = trimmed(speed, altitude=altitude, isa_offset=offset).outputs["main_rotor_power"]
         standard = trimmed(speed, altitude=same).outputs["main_rotor_power"]
         assert 0 < 1 - warm / standard < largest
@@ -227,7 +227,7 @@ def test_three_flap_modes_are_enough():
 STEPS = {
     "mass": 2.0,
     "altitude": 5.0,
-    "isa_offset": 0.2,
+    "isa_offset": 0.5,
     "speed": 0.05,
     "climb_angle": 5e-4,
     "load_factor": 1e-3,
@@ -281,7 +281,7 @@ def test_guess_is_close_enough_to_need_few_iterations():
 
 
 def test_flat_pitch_power_is_that_of_the_section_drag():
-    """Untwisted: sigma c_d / 8 (1 - cut-out^4), by the drag level, to which compressibility adds a few per cent."""
+    """Untwisted: sigma c_d / 8 (1 - cut-out^4), by the drag level, to which compressibility adds 7 % at the tip."""
     place = {"altitude": 0.0, "isa_offset": 0.0, "twist": 0.0}
     outputs = []
     for speed in (NOMINAL, 0.8 * NOMINAL):
@@ -290,7 +290,7 @@ def test_flat_pitch_power_is_that_of_the_section_drag():
         tip = speed * ROTOR.radius
         disc = standard_air(0.0).density * np.pi * ROTOR.radius**2 * tip**3
         analytic = ROTOR.solidity * ROTOR.section_drag_level / 8 * (1 - ROTOR.root_cutout**4) * disc
-        assert 1.0 < solution.outputs["main_rotor_power"] / analytic < 1.08
+        assert 1.0 < solution.outputs["main_rotor_power"] / analytic < 1.10
         outputs.append(solution.outputs["main_rotor_power"])
     assert outputs[1] / outputs[0] == pytest.approx(0.8**3, rel=0.03)
     twisted = flat_pitch_system(AIRCRAFT).solve({**place, "twist": 0.14, "rotor_speed": NOMINAL}, method="newton")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from functools import cache
+from functools import lru_cache
 from math import pi, radians
 from pathlib import Path
 from typing import Annotated, Any
@@ -96,12 +96,17 @@ class TailRotor(Record):
     chord: Annotated[float, Metres, Field(gt=0.02, lt=1)]
     speed_ratio: Annotated[float, Ratio, Field(gt=1, lt=15)]
     root_cutout: Annotated[float, Ratio, Field(ge=0, lt=0.6)]
-    twist: Annotated[float, Degrees, Field(ge=-20, le=20)]
+    built_in_twist: Annotated[float, Degrees, Field(ge=-20, le=20)]
     delta3: Annotated[float, Degrees, Field(ge=-60, le=60)]
     behind_cg: Annotated[float, Metres, Field(gt=1, lt=20)]
     above_cg: Annotated[float, Metres, Field(gt=-2, lt=5)]
     induced_power_factor: Annotated[float, Ratio, Field(ge=1, le=1.5)]
     fin_blockage: Annotated[float, Ratio, Field(gt=0.5, le=1)]
+
+    @property
+    def twist(self) -> float:
+        """Blade twist [rad], washout positive."""
+        return radians(-self.built_in_twist)
 
     @property
     def blade_area(self) -> float:
@@ -156,11 +161,12 @@ class Transmission(Record):
 
 
 class BladeLoadingLimit(Record):
-    """Largest thrust coefficient over solidity against advance ratio, of main and tail rotor alike, and the margin that
-    a schedule keeps to it with the main rotor."""
+    """Largest thrust coefficient over solidity against advance ratio, the part of it that the tail rotor may use, and
+    the margin that a schedule keeps with the main rotor."""
 
     advance_ratio: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
     thrust_over_solidity: Annotated[tuple[float, ...], Ratio, Field(min_length=2)]
+    tail_rotor_fraction: Annotated[float, Ratio, Field(ge=0.5, le=1)]
     manoeuvre_margin: Annotated[float, Ratio, Field(ge=1, le=2)]
 
     @model_validator(mode="after")
@@ -218,11 +224,15 @@ def load_aircraft(name: str | Path = "bo105") -> Aircraft:
 
     Raises :class:`InputError` with one line that names file and field when the data is missing, unknown or impossible.
     """
-    return _load_aircraft(data_path(name))
+    path = data_path(name)
+    if not path.exists() and path.suffix != ".toml":
+        raise InputError(f"aircraft = {str(name)!r}: a shipped aircraft (bo105) or a path to a .toml file")
+    changed = path.stat().st_mtime_ns if path.is_file() else 0
+    return _load_aircraft(path.resolve(), changed)
 
 
-@cache
-def _load_aircraft(path: Path) -> Aircraft:
+@lru_cache(maxsize=16)
+def _load_aircraft(path: Path, changed: int) -> Aircraft:
     return validated(Aircraft, read_toml(path), where=path.name)
 
 

@@ -269,7 +269,7 @@ def solve(
         from vrsopt.report.tables import summary_table
 
         Console(width=None if sys.stdout.isatty() else 120).print(summary_table(comparison))
-        print(f"{out}: {', '.join(sorted(file.name for file in files))}")
+        print(f"{out}: {', '.join(sorted(str(file.relative_to(out)) for file in files))}")
     if not comparison.success:
         complain(f"{task.name}: {broken(comparison)}")
     return 0 if comparison.success else NO_SOLUTION

@@ -266,7 +266,6 @@ def momentum_guess(aircraft: Aircraft, parameters: Mapping[str, float]) -> dict[
     tail_C_T = tail_thrust / (air.density * pi * tail.radius**2 * tail_tip**2)
     tail_inflow = _glauert(tail_C_T, V / tail_tip, 0.0)
     tail_sigma = tail.blade_area / (pi * tail.radius**2)
-    coning = weight / rotor.blades * 0.7 / (rotor.blade_area * 4)  # m at the tip, about a tenth of a metre
     return {
         "collective": pitch75,
         "longitudinal_cyclic": -0.96 * mu * pitch75 * 2,
@@ -275,7 +274,6 @@ def momentum_guess(aircraft: Aircraft, parameters: Mapping[str, float]) -> dict[
         "pitch": np.radians(rotor.shaft_tilt_forward) - tilt + parameters["climb_angle"],
         "roll": -tail_thrust / weight,
         "tail_inflow": tail_inflow,
-        "flap1_0": min(coning / 1000, 0.2),
         "inflow_cos_0_1": induced / sqrt(3.0),
     }
 

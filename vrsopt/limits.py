@@ -94,4 +94,5 @@ class Limits:
         """Tail-rotor thrust coefficient over solidity over its largest value at the tail rotor's advance ratio."""
         tail = self.aircraft.tail_rotor
         tip_speed = rotor_speed * tail.speed_ratio * tail.radius
-        return tail_blade_loading / polynomial(self._blade_loading_polynomial, speed / tip_speed)
+        fraction = self.aircraft.blade_loading_limit.tail_rotor_fraction
+        return tail_blade_loading / (fraction * polynomial(self._blade_loading_polynomial, speed / tip_speed))

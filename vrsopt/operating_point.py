@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -99,8 +99,8 @@ class OperatingPoint:
 class Helicopter:
     """Trim and engine of one aircraft, ready to solve many points; keeps nothing between points."""
 
-    def __init__(self, aircraft: Aircraft | str | Path = "bo105") -> None:
-        self.aircraft = aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft)
+    def __init__(self, aircraft: Aircraft) -> None:
+        self.aircraft = aircraft
         self.engine: EngineData = load_engine(self.aircraft.engine)
 
     def trim(
@@ -327,9 +327,13 @@ def _classify(
     return "ok", ""
 
 
-@cache
 def helicopter(aircraft: Aircraft | str | Path = "bo105") -> Helicopter:
-    """The helicopter of an aircraft record, name or file, built once."""
+    """The helicopter of an aircraft record, name or file, built once for the same data."""
+    return _helicopter(aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft))
+
+
+@lru_cache(maxsize=16)
+def _helicopter(aircraft: Aircraft) -> Helicopter:
     return Helicopter(aircraft)
 
 
@@ -348,10 +352,10 @@ def trim(
 ) -> OperatingPoint:
     """Trim the aircraft with its engines: gross mass [kg], true airspeed [m/s], pressure altitude [m].
 
-    rotor_speed [rad/s] and twist [rad, washout positive] default to the aircraft's nominal; angles in rad,
-    isa_offset in K. The point is classified under the flight manual's engine limits and the blade-loading limit without
-    margin. A turn is flown as its load factor, hover out of ground effect. Raises :class:`InputError` for a value out
-    of range.
+    rotor_speed [rad/s] and twist [rad, washout positive] default to the aircraft's nominal; climb_angle in rad,
+    isa_offset in K. ``method`` is the solver, "ipopt" or "newton"; both end at the same residual. The point is
+    classified under the flight manual's engine limits and the blade-loading limit without margin. A turn is flown as
+    its load factor, hover out of ground effect. Raises :class:`InputError` for a value out of range.
     """
     machine = helicopter(aircraft)
     rotor = machine.aircraft.main_rotor

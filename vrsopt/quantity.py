@@ -50,8 +50,10 @@ class Record(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _unwrap(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or "provenance" in data:
+        if not isinstance(data, dict):
             return data
+        if "provenance" in data:
+            return _with_provenance(cls, data)
         values, provenance = dict(data), {}
         for name, field in cls.model_fields.items():
             unit = _unit(field)
@@ -74,8 +76,9 @@ class Record(BaseModel):
     def _inside_range(self) -> Record:
         for name, origin in self.provenance.items():
             value = getattr(self, name)
-            if origin.range and isinstance(value, float) and not origin.range[0] <= value <= origin.range[1]:
-                raise ValueError(f"{name}: {value}: outside its own range {list(origin.range)}")
+            for number in value if isinstance(value, tuple) else (value,):
+                if origin.range and not origin.range[0] <= number <= origin.range[1]:
+                    raise ValueError(f"{name}: {number}: outside its own range {list(origin.range)}")
         return self
 
     def replaced(self, **changes: Any) -> Any:
@@ -89,6 +92,15 @@ class Record(BaseModel):
             for name, origin in self.provenance.items()
         }
         return validated(type(self), {**values, **changes, "provenance": provenance}, where=type(self).__name__)
+
+
+def _with_provenance(model: type[Record], data: dict[str, Any]) -> dict[str, Any]:
+    """The content of a record that was written out before: every number must still have its unit and source."""
+    known = data["provenance"] if isinstance(data["provenance"], dict) else {}
+    for name, field in model.model_fields.items():
+        if _unit(field) is not None and name in data and name not in known:
+            raise ValueError(f"{name}: neither unit nor source")
+    return data
 
 
 def _unit(field: FieldInfo) -> Unit | None:

@@ -60,8 +60,10 @@ def test_largest_lift(mach, largest, angle):
 
 
 def test_drag_at_zero_incidence_and_divergence():
-    level = [coefficients(SECTION, 0.0, mach)[1][0] for mach in MACH]
-    assert level == pytest.approx([0.0100, 0.0102, 0.0103, 0.0104, 0.0104, 0.0113, 0.0287], abs=5e-4)
+    """The divergence is fitted between the deck's columns too, which costs a little at its kink at Mach 0.7."""
+    level = [coefficients(SECTION, 0.0, mach)[1][0] for mach in (*MACH, 0.75)]
+    assert level[:5] == pytest.approx([0.0100, 0.0102, 0.0103, 0.0104, 0.0104], abs=5e-4)
+    assert level[5:] == pytest.approx([0.0113, 0.0287, 0.0200], abs=2e-3)
 
 
 def test_drag_level_shifts_the_polar_of_the_deck():
@@ -71,13 +73,13 @@ def test_drag_level_shifts_the_polar_of_the_deck():
 
 # rms error of (lift -4..10, drag -4..10, lift -12..19, drag -12..19 deg) that the fit achieves, with a tenth to spare
 ACHIEVED = {
-    0.2: (0.0062, 0.0007, 0.018, 0.0107),
-    0.3: (0.0050, 0.0004, 0.018, 0.0101),
-    0.4: (0.0023, 0.0004, 0.034, 0.0100),
-    0.5: (0.0086, 0.0010, 0.035, 0.0054),
-    0.6: (0.0072, 0.0059, 0.0137, 0.0101),
-    0.7: (0.0104, 0.0059, 0.027, 0.0120),
-    0.8: (0.0164, 0.0063, 0.068, 0.0196),
+    0.2: (0.0062, 0.0004, 0.018, 0.0107),
+    0.3: (0.0050, 0.0004, 0.018, 0.0112),
+    0.4: (0.0023, 0.0004, 0.034, 0.0103),
+    0.5: (0.0086, 0.0031, 0.035, 0.0071),
+    0.6: (0.0072, 0.0027, 0.0137, 0.0101),
+    0.7: (0.0104, 0.0049, 0.027, 0.0173),
+    0.8: (0.0164, 0.0085, 0.068, 0.0323),
 }
 
 

@@ -24,7 +24,7 @@ FREE_RATES = ScheduleSettings(rotor_speed_rate=None, twist_rate=None)
 
 def test_mesh_has_the_task_edges_and_small_steps_at_them(search):
     mesh = make_mesh(search)
-    assert 200 <= len(mesh) <= 400
+    assert 200 <= len(mesh) <= 500
     np.testing.assert_allclose(mesh.end[:-1], mesh.start[1:], rtol=0, atol=1e-9)
     assert set(np.round(search.edges[:-1], 6)) <= set(np.round(mesh.start, 6))
     assert mesh.step.max() <= 60.0

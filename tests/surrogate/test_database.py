@@ -73,7 +73,7 @@ def test_batch_with_a_duplicate_is_rejected_as_a_whole(path):
         ({"model_version": "0.2.0"}, "model version = 0.1.0: this run has 0.2.0"),
         ({"data_hash": "xyz"}, "data hash = abc: this run has xyz"),
         ({"seed": 2}, "seed = 1: this run has 2"),
-        ({"block_size": 20}, "block size = 10: this run has 20"),
+        ({"block_size": 20}, "samples = 10: this run has 20"),
         ({"upper": (2500.0, 80.0)}, "upper"),
     ],
 )

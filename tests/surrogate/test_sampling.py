@@ -153,7 +153,7 @@ def test_existing_file_needs_resume_and_the_same_design(tmp_path):
         run(path)
     with pytest.raises(InputError, match="seed = 1: this run has 2"):
         run(path, seed=2, resume=True)
-    with pytest.raises(InputError, match="block size = 60: this run has 70"):
+    with pytest.raises(InputError, match="samples = 60: this run has 70"):
         run(path, samples=70, resume=True)
     with pytest.raises(InputError, match="data hash = abc: this run has xyz"):
         run(path, data_hash="xyz", resume=True)

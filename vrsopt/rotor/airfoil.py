@@ -2,9 +2,9 @@
 
 Lift: attached line a(M) sin(alpha - alpha0), handed over to a separated lift c s / sqrt(s^2 + b) by logistic weights at
 the positive and the negative break. Drag: a level, a parabola in sin(alpha) and one ramp (softplus) beyond each break,
-which describes drag divergence and stall alike. Every coefficient is a
-polynomial in Mach number (of the widths, their logarithm). s = sin(alpha) and
-c = cos(alpha) are the arguments, so that no arc tangent is needed and reversed flow is regular.
+which describes drag divergence and stall alike. Every coefficient is a polynomial in Mach number, of the widths the
+logarithm. s = sin(alpha) and c = cos(alpha) are the arguments, so that no arc tangent is needed and reversed flow is
+regular.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ Polynomial = Annotated[tuple[float, ...], Unit("-")]
 HIGHEST_LIFT_MACH = 0.82  # the lift coefficients are held beyond: the fit ends at 0.8
 HIGHEST_DRAG_MACH = 0.95
 LOWEST_MACH = 0.2  # the deck is constant below
+SMALLEST_WIDTH = 0.005  # of a drag ramp, as a sine: no kink however the coefficients come out
 
 
 class Airfoil(Record):
@@ -74,11 +75,9 @@ class Airfoil(Record):
             - self.drag_reference
             + polynomial(self.drag_parabola, m) * (sine - polynomial(self.drag_bucket_sine, m)) ** 2
             + polynomial(self.ramp_slope, m)
-            * softplus(sine - polynomial(self.ramp_sine, m), ca.exp(polynomial(self.log_ramp_width, m)))
+            * softplus(sine - polynomial(self.ramp_sine, m), ramp_width(self.log_ramp_width, m))
             + polynomial(self.negative_ramp_slope, m)
-            * softplus(
-                polynomial(self.negative_ramp_sine, m) - sine, ca.exp(polynomial(self.log_negative_ramp_width, m))
-            )
+            * softplus(polynomial(self.negative_ramp_sine, m) - sine, ramp_width(self.log_negative_ramp_width, m))
         )
         return lift, drag
 
@@ -89,6 +88,11 @@ def polynomial(coefficients: Sequence[float], x: Any) -> Any:
     for coefficient in reversed(coefficients[:-1]):
         value = value * x + coefficient
     return value
+
+
+def ramp_width(log_excess: Sequence[float], mach: Any) -> Any:
+    """Width of a ramp: its smallest value and the exponential of a polynomial."""
+    return SMALLEST_WIDTH + ca.exp(polynomial(log_excess, mach))
 
 
 def logistic(x: Any) -> Any:

@@ -87,12 +87,13 @@ def tail_rotor_loads(
     U_R = ca.mtimes(column, speed * ca.DM(cos).T)
     induced = rotor.induced_power_factor * inflow * rotor_speed * R
     U_P = -induced - ca.mtimes(radius, flap_rate) - U_R * ca.mtimes(column, flap)
-    twist = radians(rotor.twist) * (radius / R - 0.75)
+    twist = rotor.twist * (radius / R - 0.75)
     pitch = ca.mtimes(column, collective + tan(radians(rotor.delta3)) * flap) - ca.mtimes(twist, ones[None])
 
     F_z, F_t, F_r, _ = blade_loads(
         section, chord=rotor.chord, velocities=(U_T, U_P, U_R), pitch=pitch, air=air, drag_level=drag_level
     )
+    F_r -= F_z * ca.mtimes(column, flap)  # lift is normal to the flapping blade
     share = rotor.blades / AZIMUTHS
 
     def mean(values: Any, wave: np.ndarray, arm: np.ndarray | None = None) -> Any:

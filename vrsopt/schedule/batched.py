@@ -80,7 +80,7 @@ def rotor_speed_band(
     optima: PointOptima,
     box: np.ndarray,
     tolerance: float = 0.005,
-    points: int = 81,
+    points: int = 321,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest allowed rotor speed (N,) [rad/s] whose fuel flow stays within ``tolerance`` of the optimum.
 

@@ -72,8 +72,9 @@ class ScheduleResult:
 
     @property
     def message(self) -> str:
-        """What is wrong, or worth knowing."""
-        return "; ".join(dict.fromkeys(text for text in (self.flight.message, self.physics.message) if text))
+        """What is wrong; without anything wrong, what is worth knowing."""
+        wrong = [part.message for part in (self.flight, self.physics) if not part.success]
+        return "; ".join(dict.fromkeys(wrong)) or self.flight.message
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ def solve(
     ``mission``: a mission file (TOML) or a :class:`Mission`. ``surrogate``: fitted by :func:`vrsopt.fit`; default the
     shipped one. ``schedules``: some of nominal, pointwise, trajectory (pointwise is flown raw and rate limited).
     ``variables``: "both", "speed", "twist", or "all" three of them. ``seed`` is that of the genetic search. The result
-    does not depend on ``workers``.
+    does not depend on ``workers``; ``progress`` shows the current step on standard error.
 
     Raises :class:`InputError` for unusable input and :class:`NoSolutionError` where the mission can not be flown.
     """
@@ -169,7 +170,10 @@ def solve(
             if bar is not None and row is not None:
                 bar.update(row, description=f"{task.name}: {text}")
 
-        study = _Study(task, surrogate, seed=seed, workers=workers, say=say)
+        try:
+            study = _Study(task, surrogate, seed=seed, workers=workers, say=say)
+        except (InputError, NoSolutionError) as error:
+            raise type(error)(f"{task.name}: {str(error).removeprefix(f'{task.name}: ')}") from None
         if variables != "all":
             return study.compare(names, variables)  # type: ignore[arg-type]
         alone: tuple[Variables, ...] = ("speed", "twist")

@@ -22,13 +22,13 @@ class MeshOptions:
 
     A mission with many short segments would need more than ``most_intervals``: its growth is then raised up to 2 and
     after that its first step, until they suffice (two intervals per segment are the least). On a search mission of 53
-    segments 400 intervals come within 0.005 % of the fuel of 800, 300 within 0.01 %.
+    segments the default needs 430 intervals, within 0.005 % of the fuel of 730.
     """
 
     first_step: float = 2.0
-    growth: float = 1.5
+    growth: float = 2.0
     largest_step: float = 60.0
-    most_intervals: int = 400
+    most_intervals: int = 500
 
     def __post_init__(self) -> None:
         if not 0.0 < self.first_step <= self.largest_step:

@@ -39,14 +39,15 @@ LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not
 class Plant:
     """What the aircraft is along any mission on one day: limits, engine table, inertia, box of the surrogate.
 
-    ``polar_inertia`` [kg m2]: zero leaves the rotor's kinetic energy out. ``lower``, ``upper`` (3,): sampled box of
-    mass [kg], rotor speed [rad/s] and twist [rad].
+    ``polar_inertia`` [kg m2]: zero leaves the rotor's kinetic energy out. Sampled box: ``highest_altitude`` [m],
+    ``lower`` and ``upper`` (3,) of mass [kg], rotor speed [rad/s] and twist [rad].
     """
 
     limits: Limits
     table: EngineTable
     isa_offset: float
     polar_inertia: float
+    highest_altitude: float
     lower: np.ndarray
     upper: np.ndarray
 
@@ -109,6 +110,7 @@ class SurrogateAircraft:
             engine_table(isa_offset=isa_offset, engine_data=limits.engine),
             isa_offset,
             rotor.polar_inertia if kinetic_energy else 0.0,
+            float(state.upper[state.names.index("altitude")]),
             state.lower[columns],
             state.upper[columns],
         )
@@ -135,6 +137,11 @@ class SurrogateAircraft:
         """
         plant = self.plant
         rotor_altitude = np.maximum(density_altitude(altitude, plant.isa_offset), 0.0)
+        highest = float(np.max(rotor_altitude[flying], initial=0.0))
+        if highest > plant.highest_altitude + 1e-3:
+            allowed = f"sampled from 0 to {plant.highest_altitude:g} m"
+            raise InputError(f"surrogate: density altitude = {highest:.0f} m: {allowed}")
+        rotor_altitude = np.minimum(rotor_altitude, plant.highest_altitude)  # rounding
         slope = np.sin(climb_angle) / reference_climb_sine(speed)
         level, climb, descent = 1 - slope**2, (slope**2 + slope) / 2, (slope**2 - slope) / 2
         weights = dict(zip(USED, (level, level, climb, descent, np.ones_like(slope)), strict=True))

@@ -32,5 +32,10 @@ def ipopt_options(**settings: Any) -> dict[str, Any]:
 
 
 def ipopt_status(stats: dict[str, Any]) -> Status:
-    """IPOPT's return status as :class:`Status`; anything unknown counts as no progress."""
+    """IPOPT's return status as :class:`Status`; anything unknown counts as no progress.
+
+    CasADi takes an interrupt (Ctrl-C) for itself and stops IPOPT: it is raised again here.
+    """
+    if stats["return_status"] in ("User_Requested_Stop", "NonIpopt_Exception_Thrown"):
+        raise KeyboardInterrupt
     return _WORDS.get(stats["return_status"], Status.NO_PROGRESS)

@@ -7,12 +7,13 @@ does not depend on how the residuals are scaled. Once full steps contract well t
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
 from vrsopt.solvers.status import Status
 
@@ -54,16 +55,20 @@ def newton(
         x, r, iterations = _chord(residual, factorisation, x=x, r=r, tolerance=tolerance, limit=max_iterations // 2)
     lu = factorisation
     damping = 1.0
-    while np.max(np.abs(r)) >= tolerance:
+    while not np.max(np.abs(r)) < tolerance:  # so written, nan is not a root
         if iterations >= max_iterations:
             return NewtonResult(x, r, lu, Status.ITERATION_LIMIT, iterations, jacobians)
         matrix = jacobian(x)
         jacobians += 1
         if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(r))):
             return NewtonResult(x, r, lu, Status.NOT_FINITE, iterations, jacobians)
-        lu = lu_factor(matrix, check_finite=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LinAlgWarning)  # a singular matrix shows in the step
+            lu = lu_factor(matrix, check_finite=False)
         step = -lu_solve(lu, r, check_finite=False)
         size = np.linalg.norm(step)
+        if not np.isfinite(size):
+            return NewtonResult(x, r, None, Status.NO_PROGRESS, iterations, jacobians)
         damping = min(1.0, 4.0 * damping)
         while True:
             iterations += 1

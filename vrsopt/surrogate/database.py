@@ -249,4 +249,5 @@ def _compare(path: Path, found: DesignMeta, expected: DesignMeta) -> None:
     for field, value in asdict(found).items():
         wanted = getattr(expected, field)
         if value != wanted:
-            raise InputError(f"{path}: {field.replace('_', ' ')} = {value}: this run has {wanted}")
+            name = "samples" if field == "block_size" else field.replace("_", " ")
+            raise InputError(f"{path}: {name} = {value}: this run has {wanted}")

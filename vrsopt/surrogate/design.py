@@ -48,8 +48,9 @@ def sample(
     """Sample the physics into the design of experiments ``path`` until ``samples`` points are flyable.
 
     Latin-hypercube blocks over the box of the study in mass, altitude, airspeed, rotor speed and twist, seeded by
-    ``seed``; the rows do not depend on ``workers``. With ``resume`` an interrupted file is continued. Raises
-    :class:`InputError` for a file that exists (without ``resume``) or belongs to another model, data, seed or design.
+    ``seed``; the rows do not depend on ``workers``. With ``resume`` an interrupted file is continued. ``progress``
+    shows a bar on standard error. Raises :class:`InputError` for a file that exists (without ``resume``) or belongs to
+    another model, data, seed or design.
     """
     return sample_points(
         path,

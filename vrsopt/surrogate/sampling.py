@@ -77,9 +77,11 @@ def sample(
     Raises :class:`InputError` for bad counts, a file that exists (without ``resume``), or one of another model, data,
     seed or design; :class:`NoSolutionError` if too few points are flyable after 20 blocks.
     """
-    for name, count, least in (("samples", samples, 1), ("workers", workers, 1), ("seed", seed, 0)):
-        if count < least:
-            raise InputError(f"sample: {name} = {count}: at least {least}")
+    allowed = {"samples": (samples, 1, 10**6), "workers": (workers, 1, 1024), "seed": (seed, 0, 2**63)}
+    for name, (count, least, most) in allowed.items():
+        if not least <= count <= most:
+            bound = f"at least {least}" if count < least else f"at most {most}"
+            raise InputError(f"sample: {name} = {count}: {bound}")
     lower, upper = (tuple(bound.tolist()) for bound in BOUNDS)
     meta = DesignMeta(model_version, data_hash, seed, samples, NAMES, lower, upper, outputs)
     continued = resume and Path(path).exists()

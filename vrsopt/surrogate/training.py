@@ -67,13 +67,15 @@ def fit(
     """Fit a Kriging to every output of the design of experiments ``design`` and write them to ``out`` (NetCDF).
 
     The surrogate is fitted on the flyable points; the powers and the fuel flow are also fitted on all converged points,
-    so that the two sets can be compared. Fits run in ``workers`` processes. Raises :class:`InputError` for a file that
-    is no design, an unknown correlation, or fewer than 100 flyable points.
+    so that the two sets can be compared. Fits run in ``workers`` processes; ``progress`` shows a bar. Raises
+    :class:`InputError` for a file that is no design, an unknown correlation, or fewer than 100 flyable points.
     """
     if correlation not in CORRELATIONS:
         raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}")
     if workers < 1:
         raise InputError(f"fit: workers = {workers}: at least 1")
+    if out is not None and Path(out).resolve() == Path(design).resolve():
+        raise InputError(f"{out}: can not be written: it is the design of experiments itself")
     with Database.open(design) as database:
         meta = database.meta
         flyable, everything = database.arrays(), database.arrays(flyable=False)

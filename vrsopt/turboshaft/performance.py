@@ -20,6 +20,7 @@ ALLOWED = {
     "isa_offset": (-50.0, 50.0),
     "mach": (0.0, 0.4),
 }
+LARGEST_DEMAND = 3.0  # times the take-off rating: the most power that is put to the solver
 
 
 @dataclass(frozen=True)
@@ -87,19 +88,23 @@ def engine(
 ) -> EngineResult:
     """One engine at shaft power [W], power-turbine speed (ratio), pressure altitude [m], ISA offset [K], Mach number.
 
-    Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) by IPOPT and tests the engine's own limits: take-off
-    rating, inter-turbine temperature, gas-generator speed. Raises :class:`InputError` for a value outside ``ALLOWED``.
+    ``engine_data`` defaults to the Allison 250-C20B. Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) by
+    IPOPT and tests the engine's own limits: take-off rating, inter-turbine temperature, gas-generator speed. Raises
+    :class:`InputError` for a value outside ``ALLOWED``.
     """
     data = engine_data if engine_data is not None else load_engine()
     place = _checked(power_turbine_speed=power_turbine_speed, altitude=altitude, isa_offset=isa_offset, mach=mach)
     _checked(power=power)
-    solution = _solve(data, "power", power, place)
+    hopeless = LARGEST_DEMAND * data.ratings.take_off_power  # the solver need not end beyond it
+    solution = _solve(data, "power", min(power, hopeless), place)
+    solved = solution.success and power <= hopeless
     success, status, message = solution.success, solution.status, solution.message
-    if success and _beyond_limits(data, solution):
+    if not solved or _beyond_limits(data, solution):
         best = maximum_power(**place, engine_data=data)
-        success, status = False, Status.INFEASIBLE
-        message = f"power {power / 1e3:.1f} kW can not be had: {best}, at {_where(place)}"
-    out = solution.outputs if solution.success else dict.fromkeys(solution.outputs, math.nan)
+        if best.success and power > best.power:
+            success, status = False, Status.INFEASIBLE
+            message = f"power {power / 1e3:.1f} kW can not be had: {best}, at {_where(place)}"
+    out = solution.outputs if solved else dict.fromkeys(solution.outputs, math.nan)
     return EngineResult(
         success=success,
         status=status,
