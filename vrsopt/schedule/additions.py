@@ -53,7 +53,8 @@ def extended(
     states = [ca.SX.sym(name) for name in STATES]
     own = ca.SX.sym("c", coefficients.shape[0])
     known = ca.SX.sym("conditions", len(CONDITIONS))
-    fuel_flow, limits = function(*states, own)
+    centre = [ca.SX.sym("centre", len(STATES))] * (function.n_in() - len(STATES) - 1)  # if the function has one
+    fuel_flow, limits = function(*states, own, *centre)
     quantities = {
         **dict(zip(STATES, states, strict=True)),
         **dict(zip(CONDITIONS, ca.vertsplit(known), strict=True)),
@@ -65,7 +66,8 @@ def extended(
     if additions.cost is not None:
         outputs.append(_value("cost", additions.cost, quantities))
     rows = np.array([np.asarray(getattr(conditions, name), dtype=float) for name in CONDITIONS])
-    return ca.Function("node", [*states, ca.vertcat(own, known)], outputs), np.vstack([coefficients, rows])
+    inputs = [*states, ca.vertcat(own, known), *centre]
+    return ca.Function("node", inputs, outputs), np.vstack([coefficients, rows])
 
 
 def _value(name: str, expression: Expression, quantities: Mapping[str, Any]) -> ca.SX:

@@ -52,7 +52,11 @@ class PathModel(Protocol):
 
     def function(self) -> tuple[Any, np.ndarray]:
         """CasADi function f(mass, rotor_speed, twist, rotor_speed_rate, c) -> (fuel_flow, limits[m]) of one node, twice
-        differentiable, and the coefficients C (n_c, N): node k takes C[:, k]."""
+        differentiable, and the coefficients C (n_c, N): node k takes C[:, k].
+
+        With a sixth input ``centre`` (4,) f need only be exact to second order about it: value, first and second
+        derivatives are taken at the first four inputs = centre, which spares differentiating what f knows better.
+        """
         ...
 
 

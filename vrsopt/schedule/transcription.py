@@ -183,14 +183,20 @@ class NodeFunctions:
 
 
 def node_functions(function: ca.Function) -> NodeFunctions:
-    """Derivatives of a path model's node function, once for all nodes; a third output of it is a cost per second."""
+    """Derivatives of a path model's node function, once for all nodes; a third output of it is a cost per second.
+
+    A function that is exact about a centre only is differentiated first and then centred where it is evaluated.
+    """
     z, c = ca.SX.sym("z", INPUTS), ca.SX.sym("c", function.size1_in(INPUTS))
-    parts = function.call([*ca.vertsplit(z), c])
+    centre = [ca.SX.sym("centre", INPUTS)] * (function.n_in() - INPUTS - 1)
+    parts = function.call([*ca.vertsplit(z), c, *centre])
     y = ca.vertcat(*parts)
     w = ca.SX.sym("w", y.numel())
     jacobian = ca.jacobian(y, z)
     hessian = ca.hessian(ca.dot(w, y), z)[0]
     on_rate = np.array(ca.DM(jacobian.sparsity(), 1)).reshape(y.numel(), INPUTS)[:, 3] != 0
+    if centre:
+        y, jacobian, hessian = ca.substitute([y, jacobian, hessian], centre, [z])
     options = {"cse": True}
     return NodeFunctions(
         ca.Function("values", [z, c], [y], options),

@@ -85,17 +85,34 @@ def evaluate(table: Array, points: Array, *, lower: ArrayLike, upper: ArrayLike,
     return result[..., 0, :]
 
 
+def low_total_degree(degrees: Sequence[int], total: float) -> Array:
+    """Which coefficients (n1, ..., nd) of a tensor have sum_k index_k / degree_k <= ``total``.
+
+    The others of a smooth function are small: with a total of 1.3 half of the tensor can be left out.
+    """
+    axes = np.meshgrid(*(np.arange(degree + 1) / degree for degree in degrees), indexing="ij")
+    return np.asarray(sum(axes) <= total + 1e-9)
+
+
 def expression(
-    table: Any, point: Sequence[Any], degrees: Sequence[int], *, lower: Sequence[float], upper: Sequence[float]
+    table: Any,
+    point: Sequence[Any],
+    degrees: Sequence[int],
+    *,
+    lower: Sequence[float],
+    upper: Sequence[float],
+    kept: Array | None = None,
 ) -> Any:
     """The polynomial as a CasADi expression.
 
     ``table``: coefficient vector (SX, MX or DM column, C order: last dimension fastest); ``point``: one scalar
-    expression per dimension. One multiplication per coefficient: the last dimension is contracted first.
+    expression per dimension; ``kept`` (n1, ..., nd): coefficients that are not zero, default all. One multiplication
+    per kept coefficient: the last dimension is contracted first.
     """
     size = math.prod(degree + 1 for degree in degrees)
     if table.numel() != size or not len(point) == len(degrees) == len(lower) == len(upper):
         raise InputError(f"chebyshev: {table.numel()} coefficients, {len(point)} inputs: degrees {tuple(degrees)}")
+    table = _without_zeros(table, degrees, kept)
     for k in reversed(range(len(degrees))):
         t = 2.0 * (point[k] - lower[k]) / (upper[k] - lower[k]) - 1.0
         polynomials = [t * 0 + 1, t]
@@ -105,6 +122,61 @@ def expression(
         # CasADi reshapes by columns: one column per combination of the leading dimensions, in C order.
         table = ca.mtimes(row, ca.reshape(table, degrees[k] + 1, -1)).T
     return table
+
+
+def quadratic(
+    table: Any,
+    point: Sequence[Any],
+    centre: Sequence[Any],
+    degrees: Sequence[int],
+    *,
+    lower: Sequence[float],
+    upper: Sequence[float],
+    kept: Array | None = None,
+) -> Any:
+    """Second-order Taylor polynomial about ``centre`` of :func:`expression`, at ``point``, as a CasADi expression.
+
+    At the centre value, first and second derivatives are those of the polynomial itself, and each costs one contraction
+    with derivatives of T_n instead of a pass of automatic differentiation. Other arguments as :func:`expression`.
+    """
+    contracted: dict[tuple[int, ...], Any] = {(): _without_zeros(table, degrees, kept)}
+    for k in reversed(range(len(degrees))):
+        rows = _basis_jet(centre[k], degrees[k], lower[k], upper[k])
+        contracted = {
+            (order, *others): ca.mtimes(rows[order], ca.reshape(part, degrees[k] + 1, -1)).T
+            for others, part in contracted.items()
+            for order in range(3 - sum(others))
+        }
+    away = [p - c for p, c in zip(point, centre, strict=True)]
+    total = 0.0
+    for orders, derivative in contracted.items():
+        term = derivative
+        for order, distance in zip(orders, away, strict=True):
+            term = term * distance**order / math.factorial(order)
+        total += term
+    return total
+
+
+def _basis_jet(x: Any, degree: int, lower: float, upper: float) -> list[Any]:
+    """T_0 ... T_degree at ``x`` as a row, and their first and second derivatives by ``x``."""
+    scale = 2.0 / (upper - lower)
+    t = scale * (x - lower) - 1.0
+    values, first, second = [1.0, t], [0.0, 1.0], [0.0, 0.0]
+    for n in range(2, degree + 1):
+        second.append(4.0 * first[n - 1] + 2.0 * t * second[n - 1] - second[n - 2])
+        first.append(2.0 * values[n - 1] + 2.0 * t * first[n - 1] - first[n - 2])
+        values.append(2.0 * t * values[n - 1] - values[n - 2])
+    jets = [(values, 1.0), (first, scale), (second, scale**2)]
+    return [factor * ca.sparsify(ca.horzcat(*(ca.SX(v) for v in row[: degree + 1]))) for row, factor in jets]
+
+
+def _without_zeros(table: Any, degrees: Sequence[int], kept: Array | None) -> Any:
+    """The coefficient vector with only those in ``kept`` as structural non-zeros."""
+    if kept is None:
+        return table
+    rows = np.flatnonzero(kept.ravel()).tolist()
+    size = math.prod(degree + 1 for degree in degrees)
+    return ca.project(table, ca.Sparsity.triplet(size, 1, rows, [0] * len(rows)))
 
 
 def contract(table: Array, axes: Sequence[int], points: Array, *, lower: ArrayLike, upper: ArrayLike) -> Array:
