@@ -146,6 +146,15 @@ def test_a_short_mission_from_python():
     assert np.all(comparison.band.lower <= comparison.band.upper)
 
 
+def test_a_heavy_aircraft_after_light_turns():
+    """The box of the surrogate bounds mass times load factor node by node, not the mass everywhere."""
+    data = read_toml(SARM)
+    data["loading"]["equipment_kg"]["cargo"] = 250.0
+    comparison = solve(mission_from(data, where="sarm"), schedules=("nominal", "trajectory"), workers=1)
+    assert comparison.results["nominal"].flight.mass.max() > 2500 / 1.18
+    assert comparison.trajectory is not None and comparison.trajectory.success
+
+
 def test_one_variable_alone_saves_less_than_both():
     comparison = solve(hop(), schedules=("nominal", "trajectory"), variables="all", workers=1)
     both = comparison.results["trajectory"].flight.fuel

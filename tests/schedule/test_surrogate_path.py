@@ -158,7 +158,25 @@ def test_outside_the_sampled_box_is_an_error(make):
     path = make(conditions(30.0))
     with pytest.raises(InputError, match="load factor times mass = 2600 kg: sampled from 1400 to 2500"):
         path.evaluate(np.array([2600.0]), 44.4, 0.14)
-    assert make(conditions(35.0, load_factor=1.25)).bounds["mass"] == pytest.approx((1120.0, 2000.0))
+    bounds = make(conditions([35.0, 35.0, 0.0], load_factor=[1.25, 1.0, 1.0], idle=[0, 0, 1])).bounds["mass"]
+    assert bounds[0] == pytest.approx([1120.0, 1400.0, 0.0])
+    assert bounds[1] == pytest.approx([2000.0, 2500.0, np.inf])
+
+
+@pytest.mark.parametrize(("offset", "altitude"), [(-30.0, 50.0), (35.0, 1950.0)])
+def test_days_outside_the_sampled_densities_are_refused(surrogate, offset, altitude):
+    with pytest.raises(InputError, match=r"density altitude = -?\d+ m: sampled from 0 to 2000 m"):
+        SurrogateAircraft(surrogate, LIMITS, isa_offset=offset)(conditions(30.0, altitude))
+
+
+def test_a_hot_day_is_that_of_the_physics_but_for_the_mach_number(surrogate):
+    """The rotor flies at the density altitude: the Mach number of a hot day is lower than the surrogate's."""
+    path = SurrogateAircraft(surrogate, LIMITS, isa_offset=20.0)(conditions([0.0, 40.0], 300.0))
+    values = path.evaluate(np.full(2, 1900.0), 40.0, 0.2)
+    for k, speed in enumerate((0.0, 40.0)):
+        flight = {"mass": 1900.0, "altitude": 300.0, "isa_offset": 20.0, "speed": speed, "climb_angle": 0.0}
+        flight |= {"load_factor": 1.0, "rotor_speed": 40.0, "twist": 0.2}
+        assert values.fuel_flow[k] == pytest.approx(MACHINE.point(flight, limits=LIMITS).fuel_flow, rel=4e-3)
 
 
 def test_an_inaccurate_surrogate_is_refused_unless_forced(surrogate):

@@ -38,8 +38,11 @@ class PathModel(Protocol):
         ...
 
     @property
-    def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """Lower and upper ends of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] where the model holds."""
+    def bounds(self) -> Mapping[str, tuple[Any, Any]]:
+        """Lower and upper ends of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] where the model holds.
+
+        Those of the mass may differ from node to node: numbers or arrays (N,).
+        """
         ...
 
     def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:

@@ -137,12 +137,12 @@ class SurrogateAircraft:
         The climb angle enters as a parabola through descent, level flight and climb.
         """
         plant = self.plant
-        rotor_altitude = np.maximum(density_altitude(altitude, plant.isa_offset), 0.0)
-        highest = float(np.max(rotor_altitude[flying], initial=0.0))
-        if highest > plant.highest_altitude + 1e-3:
-            allowed = f"sampled from 0 to {plant.highest_altitude:g} m"
-            raise InputError(f"surrogate: density altitude = {highest:.0f} m: {allowed}")
-        rotor_altitude = np.minimum(rotor_altitude, plant.highest_altitude)  # rounding
+        rotor_altitude = density_altitude(altitude, plant.isa_offset)
+        for extreme in (np.min(rotor_altitude[flying], initial=0.0), np.max(rotor_altitude[flying], initial=0.0)):
+            if not -1.0 <= extreme <= plant.highest_altitude + 1.0:
+                allowed = f"sampled from 0 to {plant.highest_altitude:g} m"
+                raise InputError(f"surrogate: density altitude = {extreme:.0f} m: {allowed}")
+        rotor_altitude = np.clip(rotor_altitude, 0.0, plant.highest_altitude)  # a metre is less than the weather
         slope = np.sin(climb_angle) / reference_climb_sine(speed)
         level, climb, descent = 1 - slope**2, (slope**2 + slope) / 2, (slope**2 - slope) / 2
         weights = dict(zip(USED, (level, level, climb, descent, np.ones_like(slope)), strict=True))
@@ -183,13 +183,15 @@ class SurrogatePath:
     limit_names = LIMIT_NAMES
 
     @property
-    def bounds(self) -> dict[str, tuple[float, float]]:
-        """Mass [kg], rotor speed [rad/s] and twist [rad] inside the sampled box at every node."""
+    def bounds(self) -> dict[str, tuple[Any, Any]]:
+        """Mass (N,) [kg], by its load factor, rotor speed [rad/s] and twist [rad] inside the sampled box."""
         lower, upper = self.plant.lower, self.plant.upper
-        factors = self.load_factor[self.flight[3][self.condition] == 0]
-        least, largest = (np.min(factors), np.max(factors)) if len(factors) else (1.0, 1.0)
+        idle = self.flight[3][self.condition] > 0
         return {
-            "mass": (float(lower[0] / least), float(upper[0] / largest)),
+            "mass": (
+                np.where(idle, 0.0, lower[0] / self.load_factor),
+                np.where(idle, np.inf, upper[0] / self.load_factor),
+            ),
             "rotor_speed": (float(lower[1]), float(upper[1])),
             "twist": (float(lower[2]), float(upper[2])),
         }

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import casadi as ca
@@ -147,17 +148,25 @@ class TrajectoryProblem:
         self._limit_rows = node.outputs * (tr.PARTS * interval + part) + 1 + limit
         self._limit_places = np.column_stack([interval, part, limit])
 
+    @cached_property
+    def _mass_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest mass [kg] for which the model holds, at start, middle and end of the intervals (N, 3)."""
+        count = len(self._points.time)
+        lightest, heaviest = (np.broadcast_to(bound, count) for bound in self.model.bounds["mass"])
+        return lightest[self._points.of_interval], heaviest[self._points.of_interval]
+
     def _bounds(self, takeoff_mass: float) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of x for a take-off mass [kg]."""
         layout = self._layout
         lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
-        lightest, heaviest = self.model.bounds["mass"]
-        for index in (layout.fuel[:-1], layout.middle, layout.fuel[1:]):
-            unburned = takeoff_mass + self._mass_added
-            lower[index] = np.maximum(lower[index], (unburned - heaviest) / tr.FUEL_SCALE)
-            upper[index] = np.minimum(upper[index], (unburned - lightest) / tr.FUEL_SCALE)
+        lightest, heaviest = self._mass_bounds
+        unburned = takeoff_mass + self._mass_added
+        for part, index in enumerate((layout.fuel[:-1], layout.middle, layout.fuel[1:])):
+            lower[index] = np.maximum(lower[index], (unburned - heaviest[:, part]) / tr.FUEL_SCALE)
+            upper[index] = np.minimum(upper[index], (unburned - lightest[:, part]) / tr.FUEL_SCALE)
         if lower[0] > 0.0 or upper[0] < 0.0:
-            raise InputError(f"trajectory: takeoff_mass = {takeoff_mass:g} kg: must be {lightest:g} to {heaviest:g} kg")
+            allowed = f"{lightest[0, 0]:g} to {heaviest[0, 0]:g} kg"
+            raise InputError(f"trajectory: takeoff_mass = {takeoff_mass:g} kg: must be {allowed}")
         lower[0] = upper[0] = 0.0
         for control in layout.controls:
             places = np.concatenate([control.start, control.end])
@@ -269,7 +278,7 @@ class TrajectoryProblem:
         flying = np.flatnonzero(~self._idle)
         middle = self._points.of_interval[flying, 1]
         mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * start[self._layout.middle[flying]]
-        mass = np.clip(mass, *self.model.bounds["mass"])
+        mass = np.clip(mass, *(bound[flying, 1] for bound in self._mass_bounds))
         optima = batched_minimum(self.model.nodes(middle), mass, box=self._box, refinements=6)
         worst = int(np.argmax(optima.excess))
         if optima.excess[worst] > ON_LIMIT:
