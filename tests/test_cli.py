@@ -29,46 +29,7 @@ ENGINE_KEYS = (
     "turbine_inlet_temperature_k power_turbine_inlet_temperature_k pressure_ratio air_flow_kg_s co2_kg_s"
 ).split()
 FIT_KEYS = ("pearson_percent slope_deg bias_percent mean_abs_error_percent rms_error_percent std_error_percent").split()
-MISSION = """
-name = "hop"
-aircraft = "bo105"
-start = "base"
-
-[places.base]
-latitude_deg = 47.0
-longitude_deg = 8.0
-elevation_m = 400.0
-
-[places.site]
-latitude_deg = 47.015
-longitude_deg = 8.0
-elevation_m = 400.0
-
-[loading]
-empty_kg = 1300.0
-crew_kg = 170.0
-reserve_minutes = 20.0
-
-[[tasks]]
-kind = "hover"
-duration_s = 15.0
-
-[[tasks]]
-kind = "climb"
-altitude_m = 430.0
-
-[[tasks]]
-kind = "cruise"
-to = "site"
-speed_m_s = 45.0
-
-[[tasks]]
-kind = "descent"
-
-[[tasks]]
-kind = "hover"
-duration_s = 15.0
-"""
+MISSION = Path(__file__).with_name("hop.toml").read_text()
 
 
 def run(capsys, *words: object) -> tuple[int, str, str]:

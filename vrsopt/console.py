@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from vrsopt.errors import InputError, NoSolutionError
+from vrsopt.report.json_value import json_value
 
 if TYPE_CHECKING:
     from vrsopt.operating_point import OperatingPoint
@@ -82,16 +83,7 @@ def complain(message: str) -> None:
 
 def print_json(content: Mapping[str, Any]) -> None:
     """Print ``content`` as one JSON object on standard output."""
-    print(json.dumps(_finite(content), allow_nan=False))
-
-
-def _finite(content: Any) -> Any:
-    """``content`` for JSON, which knows no infinity and no nan: null instead."""
-    if isinstance(content, Mapping):
-        return {name: _finite(value) for name, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+    print(json.dumps(json_value(content), allow_nan=False))
 
 
 def point_figures(point: OperatingPoint) -> dict[str, Any]:

@@ -7,7 +7,6 @@ nothing half written, and files of other names are never touched.
 from __future__ import annotations
 
 import json
-import math
 import os
 import tempfile
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrsopt.errors import InputError
 from vrsopt.report.dataset import netcdf, read_result, result_dataset
+from vrsopt.report.json_value import json_value
 from vrsopt.report.page import report_page
 from vrsopt.report.plots import figures, png
 
@@ -68,7 +68,7 @@ def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
         contents[f"{place}result.nc"] = netcdf(dataset)
         attributes = attributes or {name: value for name, value in dataset.attrs.items() if name != LONG}
     page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes)
-    summary = json.dumps(_strict(comparison.summary()), indent=2, allow_nan=False, ensure_ascii=False)
+    summary = json.dumps(json_value(comparison.summary()), indent=2, allow_nan=False, ensure_ascii=False)
     contents["report.html"] = page.encode()
     contents["summary.json"] = f"{summary}\n".encode()
     return contents
@@ -81,12 +81,3 @@ def _check_places(target: Path, contents: dict[str, bytes]) -> None:
             raise InputError(f"{target / name}: is a folder: the place of a file of the result")
         if (target / name).parent.is_file():
             raise InputError(f"{(target / name).parent}: is a file: a folder is needed")
-
-
-def _strict(value: Any) -> Any:
-    """``value`` with None for numbers that JSON does not know."""
-    if isinstance(value, dict):
-        return {key: _strict(item) for key, item in value.items()}
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
