@@ -1,8 +1,7 @@
 """Trim: periodic rotor response, inflow and the six force and moment equations solved together.
 
 Body axes: x forward, y right, z down. Level, climbing or descending flight without sideslip. A turn is flown as its
-load
-factor: it multiplies the weight; hub rates are not modelled. The ground is far away.
+load factor: it multiplies the weight; hub rates are not modelled. The ground is far away.
 """
 
 from __future__ import annotations

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from vrsopt.errors import InputError
 from vrsopt.mission.file import Mission, mission_from, read_mission
@@ -124,8 +123,8 @@ def test_grid_has_both_ends_of_every_segment_and_uniform_steps(profile):
     assert np.count_nonzero(np.diff(grid.time) == 0.0) == len(profile.segments) - 1
 
 
-def test_decision_grid_has_the_size_of_the_study(profile):
-    grid = profile.decision_grid()
+def test_grid_of_a_minute_has_the_size_of_the_study(profile):
+    grid = profile.grid(60.0)
     assert 150 <= grid.time.size <= 250
     assert np.diff(grid.time).max() <= 60.0
     np.testing.assert_array_equal(np.unique(grid.segment), np.arange(len(profile.segments)))
@@ -180,17 +179,6 @@ def test_segments_have_to_be_contiguous(profile):
         Profile((replace(first, duration=0.0),))
     with pytest.raises(InputError, match="at least one"):
         Profile(())
-
-
-def test_dataset_has_units_and_survives_a_file(profile, tmp_path):
-    dataset = profile.to_dataset()
-    assert dataset.sizes == {"node": profile.decision_grid().time.size, "segment": len(profile.segments)}
-    assert dataset["speed"].attrs["units"] == "m/s" and dataset["time"].attrs["units"] == "s"
-    dataset.to_netcdf(tmp_path / "profile.nc")
-    with xr.open_dataset(tmp_path / "profile.nc", decode_times=False) as read:
-        np.testing.assert_array_equal(read["altitude"], dataset["altitude"])
-        np.testing.assert_array_equal(read["idle"].astype(bool), dataset["idle"])
-        assert list(read["kind"].values.astype(str)) == [segment.kind for segment in profile.segments]
 
 
 def air_taxi() -> Mission:

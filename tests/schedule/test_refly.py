@@ -5,7 +5,7 @@ import pytest
 
 from vrsopt.errors import InputError
 from vrsopt.schedule.nominal import constant_schedule, nominal_schedule
-from vrsopt.schedule.refly import FlightGrid, refly
+from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
 
@@ -16,9 +16,8 @@ def test_fuel_proportional_to_mass_burns_exponentially_and_mass_events_add_up(ma
         {"task": "hover", "duration": 300.0, "mass_change": 200.0},
         {"task": "cruise", "duration": 900.0, "speed": 40.0, "mass_change": -120.0},
     )
-    flight = refly(
-        profile, make_model(constant_fuel=rate), schedule=nominal_schedule(profile), takeoff_mass=2000.0, step=1.0
-    )
+    grid = FlightGrid(profile, make_model(constant_fuel=rate), step=1.0)
+    flight = grid.fly(nominal_schedule(profile), takeoff_mass=2000.0)
     mass = 2000.0 * np.exp(-rate * 1500.0)
     fuel = [2000.0 - mass]
     for change, duration in ((200.0, 300.0), (-120.0, 900.0)):
@@ -36,7 +35,7 @@ def test_quadrature_error_estimate_is_honest_and_of_second_order(transport, make
     schedule = nominal_schedule(transport)
     fuel, estimate = [], []
     for step in (30.0, 15.0, 7.5, 0.5):
-        flight = refly(transport, make_model(), schedule=schedule, takeoff_mass=2150.0, step=step)
+        flight = FlightGrid(transport, make_model(), step=step).fly(schedule, takeoff_mass=2150.0)
         fuel.append(flight.fuel)
         estimate.append(flight.quadrature_error)
     error = np.abs(np.array(fuel[:3]) - fuel[3])
@@ -68,14 +67,14 @@ def test_jumps_are_reported_as_infinite_rates_and_ramps_by_their_slope(make_prof
     profile = make_profile({"task": "cruise", "duration": 60.0, "speed": 40.0}, {"task": "hover", "duration": 60.0})
     segment, time = np.array([0, 0, 1, 1]), np.array([0.0, 60.0, 60.0, 120.0])
     jump = Schedule("jump", segment, time, np.array([44.4, 44.4, 43.0, 43.0]), np.array([0.14, 0.15, 0.15, 0.15]))
-    flight = refly(profile, make_model(), schedule=jump, takeoff_mass=2000.0)
+    flight = FlightGrid(profile, make_model()).fly(jump, takeoff_mass=2000.0)
     assert flight.max_rotor_speed_rate == np.inf
     assert flight.max_twist_rate == pytest.approx(0.01 / 60.0)
 
 
 def test_a_broken_limit_is_named_with_time_and_task(transport, make_model):
     slow = constant_schedule(transport, rotor_speed=36.0, twist=0.14, name="slow")
-    flight = refly(transport, make_model(blade_loading_limit=0.08), schedule=slow, takeoff_mass=2200.0)
+    flight = FlightGrid(transport, make_model(blade_loading_limit=0.08)).fly(slow, takeoff_mass=2200.0)
     assert not flight.success
     assert flight.violations[0].limit == "blade loading"
     assert flight.violations[0].task == "loiter"
@@ -93,7 +92,7 @@ def test_share_of_time_on_a_limit(make_profile, make_model):
     ).limits
     loading = limits[0, -1, 0] + 1.0
     model = make_model(constant_fuel=1e-9, blade_loading_limit=0.1 * loading)
-    flight = refly(profile, model, schedule=nominal_schedule(profile), takeoff_mass=2000.0)
+    flight = FlightGrid(profile, model).fly(nominal_schedule(profile), takeoff_mass=2000.0)
     assert flight.time_on_limits["blade loading"] == pytest.approx(0.75, abs=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Masses of a mission: the take-off mass that leaves exactly the reserve, and the gross mass along the way."""
+"""The take-off mass with which a mission ends with exactly its reserve."""
 
 from __future__ import annotations
 
@@ -6,13 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from vrsopt.errors import NoSolutionError
 
-from vrsopt.errors import InputError, NoSolutionError
-
-MAX_TAKEOFF_MASS = 2500.0  # kg, Bo 105 CBS-4 flight manual
-TANK_CAPACITY = 456.0  # kg, usable fuel, Bo 105 flight manual
 FUEL_TOLERANCE = 1e-6  # kg, fuel left at landing against the reserve
 MAX_ITERATIONS = 50
 
@@ -33,15 +28,15 @@ def close_takeoff_mass(
     reserve: Callable[[float], float],
     *,
     zero_fuel_mass: float,
+    max_takeoff_mass: float,
+    tank_capacity: float,
     payload_change: float = 0.0,
-    max_takeoff_mass: float = MAX_TAKEOFF_MASS,
-    tank_capacity: float = TANK_CAPACITY,
 ) -> TakeoffLoading:
     """The take-off mass with which the fuel left at landing equals the reserve, to 1e-6 kg.
 
     ``burn(takeoff_mass)`` is the fuel [kg] the nominal schedule burns over the mission, ``reserve(landing_mass)`` the
-    fuel [kg] that has to be left. ``zero_fuel_mass`` is the mass at take-off without fuel (``Loading.zero_fuel_mass``)
-    and ``payload_change`` the sum of the mission's mass changes.
+    fuel [kg] that has to be left. ``zero_fuel_mass`` is the mass at take-off without fuel (``Loading.zero_fuel_mass``),
+    ``tank_capacity`` the usable fuel [kg] and ``payload_change`` the sum of the mission's mass changes.
 
     A heavier aircraft burns more, so the fixed-point map rises, and its iterates, begun without fuel, stay below the
     solution: an iterate over a limit proves that there is none. Secant steps shorten the way. Neither callable is
@@ -73,19 +68,6 @@ def close_takeoff_mass(
     raise NoSolutionError(
         f"take-off mass: not closed in {MAX_ITERATIONS} iterations, fuel left misses the reserve by {excess:g} kg"
     )
-
-
-def gross_mass(takeoff_mass: float, mass_changes: ArrayLike, fuel_burned: ArrayLike) -> tuple[NDArray, NDArray]:
-    """Gross mass [kg] at the start (after its mass change) and at the end of each segment, two arrays (n_segments,).
-
-    ``mass_changes`` [kg], (n_segments,), happen at the starts; ``fuel_burned`` [kg], (n_segments,), is that of each
-    segment. Raises :class:`InputError` for arrays of different shapes.
-    """
-    changes, burned = np.asarray(mass_changes, dtype=float), np.asarray(fuel_burned, dtype=float)
-    if changes.shape != burned.shape or changes.ndim != 1:
-        raise InputError(f"gross_mass: fuel_burned of shape {burned.shape}: allowed: {changes.shape}")
-    end = takeoff_mass + np.cumsum(changes - burned)
-    return end + burned, end
 
 
 def _check_limits(mass: float, zero_fuel_mass: float, max_takeoff_mass: float, tank_capacity: float) -> None:

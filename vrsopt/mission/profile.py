@@ -18,8 +18,6 @@ from vrsopt.mission.plan import segments_of
 from vrsopt.mission.segment import Segment
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from vrsopt.mission.file import Mission
 
 Array = NDArray[Any]
@@ -120,14 +118,6 @@ class Profile:
             indices.append(np.full(steps + 1, index))
         return self.conditions(np.concatenate(indices), np.concatenate(times))
 
-    def decision_grid(self, max_step: float = 60.0) -> Conditions:
-        """The nodes at which a schedule chooses rotor speed and twist: :meth:`grid` with the decision step.
-
-        Both sides of every edge are kept, also of the few where no condition changes (two cruises of one speed): the
-        second node costs one search, and every segment then holds both its ends, with no special case for a reader.
-        """
-        return self.grid(max_step)
-
     def positions(self, segment: ArrayLike, time: ArrayLike) -> tuple[Array, Array]:
         """Latitude and longitude [deg] at ``time`` [s] of the segments with index ``segment``; as :meth:`conditions`.
 
@@ -140,37 +130,6 @@ class Profile:
         ]
         latitude, longitude = np.array(points, dtype=float).reshape(-1, 2).T
         return latitude.reshape(segment.shape), longitude.reshape(segment.shape)
-
-    def to_dataset(self, max_step: float = 60.0) -> xr.Dataset:
-        """The profile on :meth:`grid` (dimension ``node``) and by segment (dimension ``segment``), with units."""
-        import xarray as xr  # takes longer to load than the rest of the package
-
-        nodes = self.grid(max_step)
-        latitude, longitude = self.positions(nodes.segment, nodes.time)
-        series = {
-            "segment_index": (nodes.segment, "1", "index of the segment"),
-            "speed": (nodes.speed, "m/s", "true airspeed"),
-            "altitude": (nodes.altitude, "m", "pressure altitude"),
-            "climb_angle": (nodes.climb_angle, "rad", "flight-path angle"),
-            "load_factor": (nodes.load_factor, "1", "load factor"),
-            "idle": (nodes.idle, "1", "on the ground at flat pitch"),
-            "latitude_deg": (latitude, "degrees_north", "latitude, WGS 84"),
-            "longitude_deg": (longitude, "degrees_east", "longitude, WGS 84"),
-        }
-        table = {
-            "task": (self._of_segments("task"), "", "task the segment belongs to"),
-            "kind": (self._of_segments("kind"), "", "kind of the task"),
-            "start": (self._of_segments("start"), "s", "time of the start"),
-            "duration": (self._of_segments("duration"), "s", "duration"),
-            "mass_change": (self.mass_changes, "kg", "mass added at the start"),
-        }
-        variables = {
-            name: (dimension, values, {"units": unit, "long_name": text} if unit else {"long_name": text})
-            for dimension, content in (("node", series), ("segment", table))
-            for name, (values, unit, text) in content.items()
-        }
-        time = ("node", nodes.time, {"units": "s", "long_name": "time from the start of the mission"})
-        return xr.Dataset(variables, coords={"time": time}, attrs={"isa_offset_k": self.isa_offset})
 
     def _of_segments(self, name: str) -> Array:
         """One attribute of all segments, as an array."""

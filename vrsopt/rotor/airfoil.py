@@ -43,13 +43,13 @@ class Airfoil(Record):
     negative_ramp_sine: Polynomial
     negative_ramp_slope: Polynomial
     log_negative_ramp_width: Polynomial
-    drag_reference: Annotated[float, Unit("-")]  # the deck's level, at Mach 0.3 and zero angle of attack
+    drag_reference: Annotated[float, Unit("-")]  # the fit's own level at Mach 0.3 and zero angle of attack
 
     def coefficients(self, sine: Any, cosine: Any, mach: Any, drag_level: Any) -> tuple[Any, Any]:
         """Lift and drag coefficient from the sine and cosine of the angle of attack and the Mach number.
 
-        ``drag_level`` is the zero-incidence drag of the blade as built and at full scale; the deck's own level is
-        shifted by the difference. Works on CasADi expressions and on floats.
+        ``drag_level`` is the zero-incidence drag of the blade as built and at full scale: the whole fitted
+        drag is shifted by its difference from ``drag_reference``. Works on CasADi expressions and on floats.
         """
         m = smooth_clip(mach, LOWEST_MACH, HIGHEST_LIFT_MACH)
         s0 = polynomial(self.zero_lift_sine, m)

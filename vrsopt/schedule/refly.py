@@ -208,15 +208,3 @@ def _mean_of_sides(values: np.ndarray, step: np.ndarray) -> np.ndarray:
     """Mean of the sides before and after each node; at an edge only the side inside the segment counts."""
     before, after = np.append(0.0, step) > 0, np.append(step, 0.0) > 0
     return np.where(before, np.where(after, values.mean(axis=-1), values[:, 0]), values[:, 1])
-
-
-def refly(
-    profile: Profile,
-    make_path_model: PathModelFactory,
-    *,
-    schedule: Schedule,
-    takeoff_mass: float,
-    step: float = 1.0,
-) -> Flight:
-    """Fly one ``schedule`` on its own fine grid; build a :class:`FlightGrid` to fly several on the same one."""
-    return FlightGrid(profile, make_path_model, step=step).fly(schedule, takeoff_mass=takeoff_mass)

@@ -15,7 +15,6 @@ import numpy as np
 REFERENCE_TEMPERATURE = 298.15  # K, where enthalpies are zero and the heating value is given
 AIR_CONSTANT = 287.04799  # J/(kg K)
 FUEL_CONSTANT = 285.74424  # J/(kg K), per unit of fuel-air ratio
-STOICHIOMETRIC_RATIO = 0.068163  # fuel-air ratio of C12H23
 
 # cp [J/(kg K)] = sum a_i (T/1000)^i
 _AIR = (954.6740447, 602.5113284, -3104.706822, 7945.219145, -9763.475696, 6308.530042, -2078.171213, 275.9322792)
