@@ -206,3 +206,11 @@ def test_sixty_scattered_points_are_solved_or_classified():
 def test_loaded_once():
     assert helicopter("bo105") is MACHINE
     assert load_aircraft("bo105") is MACHINE.aircraft
+
+
+def test_steep_descent_needs_no_less_than_idle_power():
+    """Where the air drives the rotor the engines idle: as in a schedule, so in a single point."""
+    point = trim(2500.0, 40.0, climb_angle=-0.33)
+    assert point.success
+    assert point.main_rotor_power + point.tail_rotor_power < 0
+    assert point.shaft_power_per_engine == pytest.approx(0.07 * 313e3, rel=0.02)

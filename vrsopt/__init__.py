@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from vrsopt.errors import InputError, NoSolutionError
     from vrsopt.mission.file import Mission, read_mission
     from vrsopt.operating_point import OperatingPoint, trim
-    from vrsopt.schedule.compare import Comparison, solve
+    from vrsopt.schedule.compare import solve
+    from vrsopt.schedule.comparison import Comparison
     from vrsopt.solvers.status import Status
     from vrsopt.surrogate.design import sample
     from vrsopt.surrogate.sampling import Sampling
@@ -74,7 +75,7 @@ __all__ = [
 
 _HOMES = {
     "Aircraft": "vrsopt.aircraft",
-    "Comparison": "vrsopt.schedule.compare",
+    "Comparison": "vrsopt.schedule.comparison",
     "EngineData": "vrsopt.turboshaft.data",
     "EngineResult": "vrsopt.turboshaft.performance",
     "Fit": "vrsopt.surrogate.training",

@@ -173,6 +173,10 @@ class BladeLoadingLimit(Record):
     def _shapes(self) -> BladeLoadingLimit:
         if len(self.advance_ratio) != len(self.thrust_over_solidity):
             raise ValueError("thrust_over_solidity: expected one value for each advance ratio")
+        if any(b <= a for a, b in zip(self.advance_ratio[:-1], self.advance_ratio[1:], strict=True)):
+            raise ValueError(f"advance_ratio: {list(self.advance_ratio)}: must increase")
+        if min(self.thrust_over_solidity) <= 0:
+            raise ValueError(f"thrust_over_solidity: {min(self.thrust_over_solidity)}: must be positive")
         return self
 
 

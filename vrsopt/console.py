@@ -17,7 +17,7 @@ from vrsopt.report.json_value import json_value
 
 if TYPE_CHECKING:
     from vrsopt.operating_point import OperatingPoint
-    from vrsopt.schedule.compare import Comparison
+    from vrsopt.schedule.comparison import Comparison
     from vrsopt.turboshaft.performance import EngineResult
 
 BROKEN, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 1, 2, 3, 130

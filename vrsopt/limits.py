@@ -14,11 +14,14 @@ import numpy as np
 
 from vrsopt.aircraft import Aircraft
 from vrsopt.atmosphere import GRAVITY
+from vrsopt.drive_train import smooth_max
 from vrsopt.rotor.airfoil import polynomial
 from vrsopt.turboshaft.data import EngineData
 from vrsopt.turboshaft.performance import temperature_limit
 
 Setting = Literal["manual", "study"]
+HIGHEST_DEGREE = 3  # of the polynomial through the blade-loading table
+SMALLEST_LIMIT = 0.02  # thrust coefficient over solidity far beyond the table
 LIMIT_NAMES = ("blade loading", "engine power", "torque", "turbine temperature", "tail rotor loading")
 
 
@@ -38,12 +41,16 @@ class Limits:
 
     @cached_property
     def _blade_loading_polynomial(self) -> tuple[float, ...]:
-        """The polynomial through the points of the aircraft's table, constant term first."""
+        """Least-squares cubic of the aircraft's table, constant term first: smooth where a table has corners."""
         table = self.aircraft.blade_loading_limit
-        fit = np.polynomial.Polynomial.fit(
-            table.advance_ratio, table.thrust_over_solidity, deg=len(table.advance_ratio) - 1
-        )
+        degree = min(len(table.advance_ratio) - 1, HIGHEST_DEGREE)
+        fit = np.polynomial.Polynomial.fit(table.advance_ratio, table.thrust_over_solidity, deg=degree)
         return tuple(fit.convert().coef.tolist())
+
+    def _largest_loading(self, advance_ratio: Any) -> Any:
+        """Largest thrust coefficient over solidity; beyond the table it falls to a small positive value."""
+        fitted = polynomial(self._blade_loading_polynomial, advance_ratio)
+        return smooth_max(fitted, SMALLEST_LIMIT, 1e-6)
 
     @property
     def rated_power(self) -> float:
@@ -65,7 +72,7 @@ class Limits:
         rotor = self.aircraft.main_rotor
         tip_speed = rotor_speed * rotor.radius
         loading = weight * GRAVITY / (density * rotor.blade_area * tip_speed**2)
-        return loading, polynomial(self._blade_loading_polynomial, speed / tip_speed)
+        return loading, self._largest_loading(speed / tip_speed)
 
     def blade_loading_usage(self, weight: Any, density: Any, rotor_speed: Any, speed: Any, *, smooth_max: Any) -> Any:
         """Blade loading over what is allowed: with the manoeuvre margin, or, where the rotor at nominal speed itself
@@ -95,4 +102,4 @@ class Limits:
         tail = self.aircraft.tail_rotor
         tip_speed = rotor_speed * tail.speed_ratio * tail.radius
         fraction = self.aircraft.blade_loading_limit.tail_rotor_fraction
-        return tail_blade_loading / (fraction * polynomial(self._blade_loading_polynomial, speed / tip_speed))
+        return tail_blade_loading / (fraction * self._largest_loading(speed / tip_speed))

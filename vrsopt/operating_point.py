@@ -1,7 +1,8 @@
 """The coupled chain at one operating point: trim, drive train, engine, limits.
 
-Engine power = ((main + tail rotor power) / transmission efficiency + accessories) / engines; the free turbine turns at
-the rotor's speed ratio. Converged is not flyable: every point is classified, with the reason and the numbers.
+Engine power = ((main + tail rotor power) / transmission efficiency + accessories) / engines, not below idle; the free
+turbine turns at the rotor's speed ratio. Converged is not flyable: every point is classified, with the reason and the
+numbers.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Literal
 
 from vrsopt.aircraft import Aircraft, load_aircraft
 from vrsopt.atmosphere import standard_air
+from vrsopt.drive_train import engine_power
 from vrsopt.equilibrium import calibrated_constants, trim_system
 from vrsopt.errors import InputError
 from vrsopt.limits import Limits
@@ -188,7 +190,7 @@ class Helicopter:
         rotor_power = trim.outputs["main_rotor_power"] + trim.outputs["tail_rotor_power"]
         if not trim.success:
             return self._unsolved(flight, trim, limits)
-        power = self.aircraft.transmission.power_per_engine(rotor_power)
+        power = float(engine_power(self.aircraft, self.engine, rotor_power))
         engine = self.engine_state(power, flight, method=method)
         usages = self.usages(flight, trim, engine, power, limits)
         classification, reason = (

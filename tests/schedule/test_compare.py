@@ -12,7 +12,8 @@ from vrsopt.mission.profile import Profile
 from vrsopt.operating_point import helicopter
 from vrsopt.quantity import read_toml
 from vrsopt.residual import TOLERANCE
-from vrsopt.schedule.compare import Comparison, schedule_settings, solve
+from vrsopt.schedule.compare import schedule_settings, solve
+from vrsopt.schedule.comparison import Comparison
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
@@ -144,6 +145,19 @@ def test_a_short_mission_from_python():
     assert saved["co2_kg"] == pytest.approx(3.156 * saved["fuel_kg"], rel=2e-3)
     assert comparison.band.lower.shape == comparison.band.upper.shape
     assert np.all(comparison.band.lower <= comparison.band.upper)
+
+
+def test_a_light_aircraft_is_closed_from_below_the_sampled_box():
+    """Empty it would weigh less than the lightest sampled mass, with its fuel it does not."""
+    comparison = solve(
+        hop(loading={"empty_kg": 1000.0, "equipment_kg": {"cabin": 195.0}}), schedules=("nominal",), workers=1
+    )
+    loading = comparison.loading
+    assert comparison.mission.loading.zero_fuel_mass < 1400 < loading.landing_mass
+    burned = comparison.results["nominal"].flight.fuel
+    assert loading.fuel_loaded - burned == pytest.approx(loading.reserve_fuel, abs=2e-6)
+    with pytest.raises(InputError, match="hop: surrogate: load factor times mass"):
+        solve(hop(loading={"empty_kg": 900.0}), schedules=("nominal",), workers=1)
 
 
 def test_a_heavy_aircraft_after_light_turns():

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vrsopt.drive_train import idle_power, smooth_max
 from vrsopt.errors import InputError
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.operating_point import helicopter
-from vrsopt.schedule.surrogate_path import POWER_DEGREES, SurrogateAircraft, smooth_max
+from vrsopt.schedule.surrogate_path import POWER_DEGREES, SurrogateAircraft
 from vrsopt.schedule.transcription import node_functions
 from vrsopt.surrogate import chebyshev, store
 from vrsopt.surrogate.export import path_predict
@@ -118,7 +119,7 @@ def test_spinning_up_costs_the_kinetic_power(make, surrogate):
     expected = rotor.polar_inertia * 42.0 * 0.1 / drive.efficiency / drive.engines
     assert at(0.1) - at(0.0) == pytest.approx(expected, rel=1e-3)
     assert at(0.0) - at(-0.1) == pytest.approx(expected, rel=1e-3)
-    assert at(-5.0) == pytest.approx(make.plant.idle_power, rel=1e-3)
+    assert at(-5.0) == pytest.approx(idle_power(MACHINE.engine), rel=1e-3)
     still = SurrogateAircraft(surrogate, LIMITS, kinetic_energy=False)(nodes)
     assert still.evaluate(np.array([2000.0]), 42.0, 0.14, 0.4).power_per_engine[0] == pytest.approx(at(0.0), rel=1e-12)
 

@@ -63,7 +63,7 @@ class Limits(Table):
     rotor_speed_rate_percent_s: Rate = 1.0
     twist_rate_deg_s: Rate = 1.0
     limits: Literal["manual", "study"] = "manual"
-    manoeuvre_margin: Annotated[float, BeforeValidator(within(1.0, 2.0))] = 1.3
+    manoeuvre_margin: Annotated[float, BeforeValidator(within(1.0, 2.0))] | None = None  # default: the aircraft's
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> Limits:

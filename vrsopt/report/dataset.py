@@ -18,7 +18,7 @@ from vrsopt.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vrsopt.schedule.compare import Comparison
+    from vrsopt.schedule.comparison import Comparison
 
 FORMAT, FORMAT_VERSION = "vrsopt result", "1"
 DIMENSIONS = {"schedule", "limit", "node", "physics_node", "band_node", "segment"}

@@ -19,7 +19,7 @@ from vrsopt.report.page import report_page
 from vrsopt.report.plots import figures, png
 
 if TYPE_CHECKING:
-    from vrsopt.schedule.compare import Comparison
+    from vrsopt.schedule.comparison import Comparison
 
 __all__ = ["read_result", "write_results"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from vrsopt.report.tables import HEADINGS, LEGEND, footer, remarks, summary_rows, title
 
 if TYPE_CHECKING:
-    from vrsopt.schedule.compare import Comparison
+    from vrsopt.schedule.comparison import Comparison
 
 CAPTIONS = {
     "flight_path": "Flight path and altitude.",

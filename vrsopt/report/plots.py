@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
     from vrsopt.mission.profile import Profile
-    from vrsopt.schedule.compare import Comparison, ScheduleResult
+    from vrsopt.schedule.comparison import Comparison, ScheduleResult
 
 __all__ = ["figures", "flight_path_figure", "fuel_figure", "png", "schedule_figure"]
 

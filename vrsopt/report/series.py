@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-    from vrsopt.schedule.compare import Comparison
+    from vrsopt.schedule.comparison import Comparison
 
 BOUND: dict[str, Any] = {"color": "#666666", "linestyle": ":", "linewidth": 1.0}
 FOREMOST = ("trajectory", "pointwise_rate_limited", "pointwise", "nominal")  # whose use of the limits is shown

@@ -15,7 +15,7 @@ from rich.text import Text
 from vrsopt.operating_point import SIMPLIFICATIONS
 
 if TYPE_CHECKING:
-    from vrsopt.schedule.compare import Comparison, ScheduleResult
+    from vrsopt.schedule.comparison import Comparison, ScheduleResult
 
 LABELS = {"pointwise_rate_limited": "pointwise, rate limited"}
 HEADINGS = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import replace
+from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -24,119 +24,22 @@ from vrsopt.mission.loading import TakeoffLoading, close_takeoff_mass
 from vrsopt.mission.profile import Conditions, Profile
 from vrsopt.operating_point import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
+from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.pointwise import pointwise_schedule
-from vrsopt.schedule.refly import Flight, FlightGrid
-from vrsopt.schedule.resimulation import resimulation_error
+from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
-from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
-from vrsopt.schedule.verify import PhysicsFlight, fly_physics
+from vrsopt.schedule.trajectory import TrajectoryProblem
+from vrsopt.schedule.verify import fly_physics
+from vrsopt.surrogate.kriging import KrigingState
 from vrsopt.surrogate.store import Surrogate, load
 
+HEAVY_ENOUGH = 1.3  # times the lightest mass of the surrogate: what no mission burns off
 SCHEDULES = ("nominal", "pointwise", "trajectory")
 RESERVE_SPEEDS = np.arange(15.0, 46.0)  # m/s, among which the best-endurance speed is found
-
-
-@dataclass(frozen=True)
-class Band:
-    """Rotor speeds [rad/s] within 0.5 % of the least fuel flow, lower and upper (N,), at the decision nodes."""
-
-    segment: np.ndarray
-    time: np.ndarray  # s
-    lower: np.ndarray
-    upper: np.ndarray
-
-
-@dataclass(frozen=True)
-class ScheduleResult:
-    """One schedule, flown on the surrogate and on the physics; deltas in per cent against the nominal schedule.
-
-    ``fuel_delta_closed``: with the take-off mass closed again, so that the fuel saved need not be carried.
-    """
-
-    schedule: Schedule
-    flight: Flight
-    physics: PhysicsFlight
-    co2: float  # kg
-    fuel_delta_percent: float
-    fuel_delta_closed_percent: float
-    fuel_physics_delta_percent: float
-
-    @property
-    def success(self) -> bool:
-        """Within all limits on the surrogate, solved and within the limits on the physics."""
-        return self.flight.success and self.physics.success
-
-    @property
-    def message(self) -> str:
-        """What is wrong; without anything wrong, what is worth knowing."""
-        wrong = [part.message for part in (self.flight, self.physics) if not part.success]
-        return "; ".join(dict.fromkeys(wrong)) or self.flight.message
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A mission flown with several schedules."""
-
-    mission: Mission
-    profile: Profile
-    settings: ScheduleSettings
-    limits: Limits
-    loading: TakeoffLoading
-    results: Mapping[str, ScheduleResult]
-    band: Band
-    trajectory: Trajectory | None
-    provenance: Mapping[str, Any]
-    variants: Mapping[str, Comparison] = field(default_factory=dict)
-
-    @property
-    def success(self) -> bool:
-        """Whether every schedule succeeded."""
-        own = all(result.success for result in self.results.values())
-        return own and all(variant.success for variant in self.variants.values())
-
-    def summary(self) -> dict[str, Any]:
-        """The figures of ``summary.json``."""
-        schedules = {name: self._figures(result) for name, result in self.results.items()}
-        content: dict[str, Any] = {
-            "mission": self.mission.name,
-            "takeoff_mass_kg": self.loading.takeoff_mass,
-            "reserve_kg": self.loading.reserve_fuel,
-            "duration_s": self.profile.duration,
-            "success": self.success,
-            "schedules": schedules,
-        }
-        if self.trajectory is not None:
-            error = resimulation_error(self.trajectory, self.results["trajectory"].flight)
-            content["solver"] = {
-                "iterations": self.trajectory.iterations,
-                "build_s": self.trajectory.build_s,
-                "solve_s": self.trajectory.solve_s,
-                "resimulation_error": error,
-            }
-        return content | {name: variant.summary() for name, variant in self.variants.items()}
-
-    def _figures(self, result: ScheduleResult) -> dict[str, Any]:
-        nominal = self.settings.nominal_rotor_speed
-        rate = 100 * result.flight.max_rotor_speed_rate / nominal
-        twist_rate = math.degrees(result.flight.max_twist_rate)
-        return {
-            "fuel_kg": result.flight.fuel,
-            "co2_kg": result.co2,
-            "fuel_delta_percent": result.fuel_delta_percent,
-            "fuel_delta_closed_percent": _number(result.fuel_delta_closed_percent),
-            "fuel_physics_kg": _number(result.physics.fuel),
-            "fuel_physics_delta_percent": _number(result.fuel_physics_delta_percent),
-            "fuel_physics_quadrature_error_kg": _number(result.physics.quadrature_error),
-            "max_rotor_speed_rate_percent_s": _number(rate),
-            "max_twist_rate_deg_s": _number(twist_rate),
-            "time_on_limits_percent": {name: 100 * share for name, share in result.flight.time_on_limits.items()},
-            "success": result.success,
-            "message": result.message,
-        }
 
 
 def solve(
@@ -196,9 +99,8 @@ class _Study:
         self.mission, self.seed, self.workers, self.say = mission, seed, workers, say
         self.machine: Helicopter = helicopter(mission.aircraft)
         self.profile = Profile.of(mission)
-        self.limits = Limits(
-            self.machine.aircraft, self.machine.engine, mission.limits.limits, mission.limits.manoeuvre_margin
-        )
+        margin = mission.limits.manoeuvre_margin or self.machine.aircraft.blade_loading_limit.manoeuvre_margin
+        self.limits = Limits(self.machine.aircraft, self.machine.engine, mission.limits.limits, margin)
         hashed = data_hash(self.machine.aircraft, self.machine.engine)
         self.surrogate = _loaded(surrogate, hashed)
         self.settings = schedule_settings(mission, self.machine)
@@ -286,14 +188,29 @@ class _Study:
     def _close(self, schedule: Schedule) -> TakeoffLoading:
         """Take-off mass with which ``schedule`` lands with the reserve."""
         loading = self.machine.aircraft.loading
-        return close_takeoff_mass(
-            lambda mass: self.grid.fly(schedule, takeoff_mass=mass).fuel,
-            self._reserve,
+        state: KrigingState = self.surrogate.models["main_rotor_power"].state_
+        lightest = float(state.lower[state.names.index("mass")])
+
+        def burn(mass: float) -> float:
+            try:
+                return self.grid.fly(schedule, takeoff_mass=mass).fuel
+            except InputError:
+                if mass > HEAVY_ENOUGH * lightest:
+                    raise
+                # The first iterates carry no fuel and may lie below the sampled box: a heavier aircraft stands in,
+                # as the lightest one does for the reserve.
+                return self.grid.fly(schedule, takeoff_mass=HEAVY_ENOUGH * lightest).fuel
+
+        closed = close_takeoff_mass(
+            burn,
+            lambda landing_mass: self._reserve(max(landing_mass, lightest)),
             zero_fuel_mass=self.mission.loading.zero_fuel_mass,
             payload_change=float(np.sum(self.profile.mass_changes)),
             max_takeoff_mass=loading.largest_mass,
             tank_capacity=loading.fuel_capacity,
         )
+        self.grid.fly(schedule, takeoff_mass=closed.takeoff_mass)  # raises if the solution itself is below the box
+        return closed
 
     def _reserve(self, landing_mass: float) -> float:
         """Fuel [kg] for the reserve time at the speed of best endurance, nominal rotor, where the mission ends."""
@@ -302,7 +219,7 @@ class _Study:
         )
         return 60 * self.mission.loading.reserve_minutes * float(np.min(values.fuel_flow))
 
-    @property
+    @cached_property
     def _reserve_model(self) -> Any:
         count = len(RESERVE_SPEEDS)
         altitude = np.full(count, self.profile.segments[-1].altitude_end)
@@ -376,8 +293,3 @@ def _loaded(surrogate: Surrogate | Path | str | None, hashed: str) -> Surrogate:
 def _shipped(hashed: str) -> Surrogate:
     with resources.as_file(resources.files("vrsopt") / "data" / "surrogate.nc") as path:
         return load(path, model_version=MODEL_VERSION, data_hash=hashed)
-
-
-def _number(value: float) -> float | None:
-    """The value for JSON, which knows no infinity and no nan."""
-    return value if math.isfinite(value) else None

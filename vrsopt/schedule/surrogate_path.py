@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from vrsopt.atmosphere import density_altitude, standard_air
+from vrsopt.drive_train import engine_power, smooth_max
 from vrsopt.errors import InputError
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import LIMIT_NAMES, Limits
@@ -52,17 +53,10 @@ class Plant:
     lower: np.ndarray
     upper: np.ndarray
 
-    @property
-    def idle_power(self) -> float:
-        """Least power of an engine [W]: spin-down of the rotor is credited down to it, not below."""
-        ratings = self.limits.engine.ratings
-        return ratings.idle_power_ratio * ratings.take_off_power
-
     def engine_power(self, rotor_power: Any, Omega: Any, rate: Any) -> Any:
-        """Power of one engine [W], with J Omega dOmega/dt, not below idle (rounded over about a kilowatt)."""
-        transmission = self.limits.aircraft.transmission
-        power = transmission.power_per_engine(rotor_power + self.polar_inertia * Omega * rate)
-        return smooth_max(power, self.idle_power, 1e3)
+        """Power of one engine [W], with the power J Omega dOmega/dt that speeds up the rotor."""
+        kinetic = self.polar_inertia * Omega * rate
+        return engine_power(self.limits.aircraft, self.limits.engine, rotor_power + kinetic)
 
     def usages(
         self, weight: Any, Omega: Any, *, speed: Any, density: Any, power: Any, temperature: Any, tail_loading: Any
@@ -321,8 +315,3 @@ def _check_inside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> N
 
 def _flat(values: list[np.ndarray]) -> bool:
     return all(value.ndim <= 1 for value in values)
-
-
-def smooth_max(a: Any, b: Any, width: float) -> Any:
-    """The larger of two, rounded over about ``width``; at most width / 2 above it. Arrays and CasADi expressions."""
-    return 0.5 * (a + b + ((a - b) ** 2 + width**2) ** 0.5)

@@ -49,7 +49,8 @@ class Trajectory:
     fuel: float  # kg, as the NLP integrates it
     mass: np.ndarray  # kg at the nodes of ``schedule``
     mesh: Mesh
-    mass_costate: np.ndarray  # (N,) kg of fuel still to be burned per kg more of mass, at the end of each interval
+    # (N,) kg of fuel still to be burned per kg more of mass, at the end of each interval; nan with a cost of one's own
+    mass_costate: np.ndarray
     limit_multipliers: dict[str, np.ndarray]  # name -> (N,) largest multiplier of a limit in each interval
     regularisation: float  # kg, what the penalty on the rates adds to the objective
     max_residual: float  # scaled
@@ -121,7 +122,9 @@ class TrajectoryProblem:
             penalty=self._weights,
         )
         self._coefficients = coefficients[:, self._points.of_interval.ravel()].ravel(order="F")
-        settings_ = {"tol": TOLERANCE, "max_iter": MAX_ITERATIONS, "nlp_scaling_method": "none", **(ipopt or {})}
+        settings_: dict[str, Any] = {"tol": TOLERANCE, "acceptable_iter": 0, "nlp_scaling_method": "none"}
+        settings_ |= {"max_iter": MAX_ITERATIONS, **(ipopt or {})}
+        self._tolerance, self._has_cost = float(settings_["tol"]), node.has_cost
         options = ipopt_options(**settings_)
         derivatives: dict[str, Any] = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
         self._solver = ca.nlpsol("trajectory", "ipopt", self._nlp.problem, {**options, **derivatives})
@@ -220,7 +223,7 @@ class TrajectoryProblem:
         stats = self._solver.stats()
         status = ipopt_status(stats)
         success = status is Status.CONVERGED and residual <= ACCEPTED_RESIDUAL
-        message = f"optimal to {TOLERANCE:g}"
+        message = f"optimal to {self._tolerance:g}"
         if not success:
             status, message = self._diagnosis(start, g, status, takeoff_mass)
         places, limit_multipliers = self._limit_places, {}
@@ -234,7 +237,7 @@ class TrajectoryProblem:
             fuel=float(x[self._layout.fuel[-1]]) * tr.FUEL_SCALE,
             mass=mass,
             mesh=self.mesh,
-            mass_costate=1.0 + multipliers[: len(self.mesh)],
+            mass_costate=np.full(len(self.mesh), np.nan) if self._has_cost else 1.0 + multipliers[: len(self.mesh)],
             limit_multipliers=limit_multipliers,
             regularisation=float(self._weights @ x**2) * tr.FUEL_SCALE,
             max_residual=residual,

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vrsopt.drive_train import engine_power
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.operating_point import Helicopter, helicopter
 from vrsopt.residual import Solution
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
-from vrsopt.schedule.surrogate_path import smooth_max
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Conditions, Profile
@@ -56,8 +56,6 @@ class PhysicsPilot:
         self.machine, self.limits, self.isa_offset = machine, limits, isa_offset
         rotor = machine.aircraft.main_rotor
         self.inertia = rotor.polar_inertia if kinetic_energy else 0.0
-        ratings = machine.engine.ratings
-        self.idle_power = ratings.idle_power_ratio * ratings.take_off_power
         self.trim: Solution | None = None
         self.engine: Solution | None = None
         self.residual_norm = 0.0
@@ -110,9 +108,7 @@ class PhysicsPilot:
         flows, usages = [], []
         for rate in rates:
             kinetic = self.inertia * flight["rotor_speed"] * rate
-            power = float(
-                smooth_max(aircraft.transmission.power_per_engine(rotor_power + kinetic), self.idle_power, 1e3)
-            )
+            power = float(engine_power(aircraft, self.machine.engine, rotor_power + kinetic))
             engine = self.machine.engine_state(power, flight, guess=self.engine)
             if not engine.success:
                 return [], nothing, engine.message
@@ -141,7 +137,7 @@ class PhysicsPilot:
             segment=segment,
             time=time,
             mass=mass,
-            fuel_flow=np.nanmean(sides, axis=1) if not np.isnan(sides).any() else sides.mean(axis=1),
+            fuel_flow=sides.mean(axis=1),
             usages=usages,
             fuel=fuel,
             quadrature_error=abs(coarse - fuel) / 3.0,

@@ -1,0 +1,131 @@
+"""What comes out of a comparison of schedules: each schedule flown twice, and the figures of the summary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vrsopt.limits import LIMIT_NAMES, Limits
+from vrsopt.mission.file import Mission
+from vrsopt.mission.loading import TakeoffLoading
+from vrsopt.mission.profile import Profile
+from vrsopt.schedule.refly import Flight
+from vrsopt.schedule.resimulation import resimulation_error
+from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+from vrsopt.schedule.trajectory import Trajectory
+from vrsopt.schedule.verify import PhysicsFlight
+
+
+@dataclass(frozen=True)
+class Band:
+    """Rotor speeds [rad/s] within 0.5 % of the least fuel flow, lower and upper (N,), at the decision nodes."""
+
+    segment: np.ndarray
+    time: np.ndarray  # s
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+@dataclass(frozen=True)
+class ScheduleResult:
+    """One schedule, flown on the surrogate and on the physics; deltas in per cent against the nominal schedule.
+
+    ``fuel_delta_closed``: with the take-off mass closed again, so that the fuel saved need not be carried.
+    """
+
+    schedule: Schedule
+    flight: Flight
+    physics: PhysicsFlight
+    co2: float  # kg
+    fuel_delta_percent: float
+    fuel_delta_closed_percent: float
+    fuel_physics_delta_percent: float
+
+    @property
+    def success(self) -> bool:
+        """Within all limits on the surrogate, solved and within the limits on the physics."""
+        return self.flight.success and self.physics.success
+
+    @property
+    def message(self) -> str:
+        """What is wrong; without anything wrong, what is worth knowing."""
+        wrong = [part.message for part in (self.flight, self.physics) if not part.success]
+        return "; ".join(dict.fromkeys(wrong)) or self.flight.message
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A mission flown with several schedules."""
+
+    mission: Mission
+    profile: Profile
+    settings: ScheduleSettings
+    limits: Limits
+    loading: TakeoffLoading
+    results: Mapping[str, ScheduleResult]
+    band: Band
+    trajectory: Trajectory | None
+    provenance: Mapping[str, Any]
+    variants: Mapping[str, Comparison] = field(default_factory=dict)
+
+    @property
+    def success(self) -> bool:
+        """Whether every schedule succeeded."""
+        own = all(result.success for result in self.results.values())
+        return own and all(variant.success for variant in self.variants.values())
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of ``summary.json``."""
+        schedules = {name: self._figures(result) for name, result in self.results.items()}
+        content: dict[str, Any] = {
+            "mission": self.mission.name,
+            "takeoff_mass_kg": self.loading.takeoff_mass,
+            "reserve_kg": self.loading.reserve_fuel,
+            "duration_s": self.profile.duration,
+            "success": self.success,
+            "schedules": schedules,
+        }
+        if self.trajectory is not None:
+            error = resimulation_error(self.trajectory, self.results["trajectory"].flight)
+            content["solver"] = {
+                "iterations": self.trajectory.iterations,
+                "build_s": self.trajectory.build_s,
+                "solve_s": self.trajectory.solve_s,
+                "resimulation_error": error,
+            }
+        return content | {name: variant.summary() for name, variant in self.variants.items()}
+
+    def _figures(self, result: ScheduleResult) -> dict[str, Any]:
+        nominal = self.settings.nominal_rotor_speed
+        rate = 100 * result.flight.max_rotor_speed_rate / nominal
+        twist_rate = math.degrees(result.flight.max_twist_rate)
+        return {
+            "fuel_kg": result.flight.fuel,
+            "co2_kg": result.co2,
+            "fuel_delta_percent": result.fuel_delta_percent,
+            "fuel_delta_closed_percent": _number(result.fuel_delta_closed_percent),
+            "fuel_physics_kg": _number(result.physics.fuel),
+            "fuel_physics_delta_percent": _number(result.fuel_physics_delta_percent),
+            "fuel_physics_quadrature_error_kg": _number(result.physics.quadrature_error),
+            "max_rotor_speed_rate_percent_s": _number(rate),
+            "max_twist_rate_deg_s": _number(twist_rate),
+            "physics_largest_usage_percent": self._usage(result.physics),
+            "time_on_limits_percent": {name: 100 * share for name, share in result.flight.time_on_limits.items()},
+            "success": result.success,
+            "message": result.message,
+        }
+
+    @staticmethod
+    def _usage(physics: PhysicsFlight) -> dict[str, float | None]:
+        """Largest use of each limit on the physics, per cent; 100 is on the limit."""
+        usages = np.nan_to_num(physics.usages, nan=0.0).max(axis=1)
+        return {name: _number(100 * float(usage)) for name, usage in zip(LIMIT_NAMES, usages, strict=True)}
+
+
+def _number(value: float) -> float | None:
+    """The value for JSON, which knows no infinity and no nan."""
+    return value if math.isfinite(value) else None
