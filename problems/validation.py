@@ -197,7 +197,7 @@ def main() -> None:
     deck = Path(sys.argv[1]) if len(sys.argv) > 1 else None
     lines = [
         "# Validation\n",
-        "Written by `python problems/validation.py`: every number below comes from a run of it.\n",
+        "Written by `python problems/validation.py deck.npz`: every number below comes from a run of it.\n",
     ]
     lines += rotor()
     if deck is not None:
