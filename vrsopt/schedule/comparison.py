@@ -13,6 +13,7 @@ from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Profile
+from vrsopt.operating_point import SIMPLIFICATIONS
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
@@ -87,6 +88,7 @@ class Comparison:
             "reserve_kg": self.loading.reserve_fuel,
             "duration_s": self.profile.duration,
             "success": self.success,
+            "simplifications": SIMPLIFICATIONS,
             "schedules": schedules,
         }
         if self.trajectory is not None:
