@@ -87,10 +87,7 @@ class FlightGrid:
 
     @cached_property
     def _coarse(self) -> np.ndarray:
-        """Every second node of each segment, and the last."""
-        first = np.searchsorted(self.segment, self.segment, side="left")
-        last = np.searchsorted(self.segment, self.segment, side="right") - 1
-        return np.flatnonzero(((self._all - first) % 2 == 0) | (self._all == last))
+        return every_second(self.segment)
 
     def rates(self, values: np.ndarray, nodes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Rate of change (N, 2) before and after each node, zero across edges, and the steps (n - 1,) [s]."""
@@ -202,6 +199,17 @@ class FlightGrid:
         weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
         share = (np.abs(limits) <= ON_LIMIT) @ weight / np.sum(weight)
         return dict(zip(self.model.limit_names, share.tolist(), strict=True))
+
+
+def every_second(segment: np.ndarray) -> np.ndarray:
+    """Indices of every second node of each segment, and of its last; ``segment`` (N,) is that of each node, sorted.
+
+    The grid of twice the step, from which the quadrature error is estimated.
+    """
+    every = np.arange(len(segment))
+    first = np.searchsorted(segment, segment, side="left")
+    last = np.searchsorted(segment, segment, side="right") - 1
+    return np.flatnonzero(((every - first) % 2 == 0) | (every == last))
 
 
 def _mean_of_sides(values: np.ndarray, step: np.ndarray) -> np.ndarray:

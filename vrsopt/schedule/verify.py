@@ -19,6 +19,7 @@ from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.operating_point import Helicopter, helicopter
 from vrsopt.residual import Solution
+from vrsopt.schedule.refly import every_second
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ class PhysicsPilot:
     ) -> PhysicsFlight:
         segment, time = np.asarray(nodes.segment), np.asarray(nodes.time)
         fuel = math.nan if message else _trapezoid(segment, time, sides, np.arange(len(time)))
-        coarse = math.nan if message else _trapezoid(segment, time, sides, _every_second(segment))
+        coarse = math.nan if message else _trapezoid(segment, time, sides, every_second(segment))
         if not message:
             message = _worst(profile, segment, time, usages)
         return PhysicsFlight(
@@ -179,14 +180,6 @@ def _trapezoid(segment: np.ndarray, time: np.ndarray, sides: np.ndarray, nodes: 
     same = np.diff(segment[nodes]) == 0
     step = np.where(same, np.diff(time[nodes]), 0.0)
     return float(np.sum(0.5 * step * (sides[nodes[:-1], 1] + sides[nodes[1:], 0])))
-
-
-def _every_second(segment: np.ndarray) -> np.ndarray:
-    """Every second node of each segment, and its last."""
-    every = np.arange(len(segment))
-    first = np.searchsorted(segment, segment, side="left")
-    last = np.searchsorted(segment, segment, side="right") - 1
-    return np.flatnonzero(((every - first) % 2 == 0) | (every == last))
 
 
 def _worst(profile: Profile, segment: np.ndarray, time: np.ndarray, usages: np.ndarray) -> str:
