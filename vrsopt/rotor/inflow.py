@@ -1,17 +1,20 @@
-"""Peters-He finite-state inflow, mean (non-rotating, steady) states.
+"""Peters-He finite-state inflow: mean states, and states at the blade-passage frequency.
 
 D. A. Peters, D. D. Boyd, C. J. He, "Finite-state induced-flow model for rotors in hover and forward flight", Journal of
 the American Helicopter Society 34 (1989); D. A. Peters, C. J. He, same journal 40 (1995). The induced velocity is
 
-    v(r, psi) / (Omega R) = sum_m,n phi_n^m(r) (alpha_n^m cos m psi + beta_n^m sin m psi),
+    v(r, psi, t) / (Omega R) = sum_m,n phi_n^m(r) (alpha_n^m(t) cos m psi + beta_n^m(t) sin m psi),
 
-psi from the downwind direction, and in the steady state V alpha = L tau / 2 with the loads tau projected on the same
-functions. The wake skew enters as X = tan(chi / 2) = mu / (V_T + |lambda|), without an arc tangent.
+with M alpha* + L^-1 V alpha = tau / 2, the loads tau projected on the same functions. A steady rotor of N_b equal blades
+has states of frequencies 0, N_b, 2 N_b, ... per revolution; the first two are kept. Azimuths are those of the hub (psi =
+0 aft), not of the wind: the wake skew enters as the vector X (cos Delta, sin Delta) = wind in the disc / (V_T +
+|lambda|), X = tan(chi / 2), whose powers are polynomials of the wind. Nothing is singular in hover.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import pi, sqrt
 from typing import Any
 
@@ -67,42 +70,181 @@ def coupling(r: int, j: int, m: int, n: int) -> float:
     return 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inflow:
-    """The chosen states and their shapes at the radial stations."""
+    """The chosen states, cosine before sine, and their shapes on the grid of the blade.
+
+    With ``blade_passage`` the mean states are followed by their cosine and then their sine amplitudes at blades times
+    the azimuth of the blade, which is the same for every blade.
+    """
 
     cosine: tuple[State, ...]
     sine: tuple[State, ...]
-    cosine_shapes: np.ndarray  # (E, n_cosine)
-    sine_shapes: np.ndarray  # (E, n_sine)
+    radius: np.ndarray  # (E,) over R
+    weight: np.ndarray  # (E,) over R
+    azimuth: np.ndarray  # (N,) rad
+    blades: int
+    blade_passage: bool
 
     @classmethod
-    def at(cls, radius: np.ndarray, *, highest_harmonic: int = 3, highest_shape: int = 4) -> Inflow:
-        """States up to the given harmonic and shape, evaluated at radii over R (E,)."""
+    def at(
+        cls,
+        radius: np.ndarray,
+        weight: np.ndarray | None = None,
+        azimuth: np.ndarray | None = None,
+        *,
+        blades: int = 4,
+        highest_harmonic: int = 3,
+        highest_shape: int = 4,
+        blade_passage: bool = False,
+    ) -> Inflow:
+        """States up to the given harmonic and shape on a grid of radii and quadrature weights over R and azimuths."""
         cosine, sine = states(highest_harmonic, highest_shape)
-        shapes = [np.column_stack([radial_shape(m, n, radius) for m, n in group]) for group in (cosine, sine)]
-        return cls(cosine, sine, *shapes)
+        weight = np.zeros_like(radius) if weight is None else weight
+        azimuth = np.zeros(1) if azimuth is None else azimuth
+        return cls(cosine, sine, radius, weight, azimuth, blades, blade_passage)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the states, such as ``inflow_cos_1_2``."""
+        mean = [f"inflow_cos_{m}_{n}" for m, n in self.cosine] + [f"inflow_sin_{m}_{n}" for m, n in self.sine]
+        parts = ("", "_passage_cos", "_passage_sin") if self.blade_passage else ("",)
+        return tuple(name + part for part in parts for name in mean)
+
+    @property
+    def mean_size(self) -> int:
+        """Number of mean states."""
+        return len(self.cosine) + len(self.sine)
+
+    @property
+    def size(self) -> int:
+        """Number of all states."""
+        return self.mean_size * (3 if self.blade_passage else 1)
+
+    @cached_property
+    def _shapes(self) -> np.ndarray:
+        """Every state's induced velocity on the grid, azimuth after azimuth (E N, size)."""
+        columns = [
+            np.outer(wave(m * self.azimuth), radial_shape(m, n, self.radius)).ravel()
+            for group, wave in ((self.cosine, np.cos), (self.sine, np.sin))
+            for m, n in group
+        ]
+        mean = np.column_stack(columns)
+        if not self.blade_passage:
+            return mean
+        passage = np.repeat(self.blades * self.azimuth, len(self.radius))[:, None]
+        return np.hstack([mean, mean * np.cos(passage), mean * np.sin(passage)])
+
+    @cached_property
+    def _projection(self) -> np.ndarray:
+        """Matrix (size, E N) from the load of one blade to the pressure integrals tau of all blades."""
+        harmonic = np.array([m for m, _ in self.cosine + self.sine])
+        share = np.where(harmonic == 0, 0.5, 1.0) / pi * self.blades / len(self.azimuth)
+        if self.blade_passage:
+            share = np.concatenate([share, 2 * share, 2 * share])
+        return np.asarray((self._shapes * np.tile(self.weight, len(self.azimuth))[:, None]).T * share[:, None])
+
+    @cached_property
+    def _influence(self) -> np.ndarray:
+        """L = sum over k of Re z^k P_k + Im z^k Q_k, z the skew vector: P and Q (2, highest power + 1, n, n).
+
+        In complex amplitudes a = alpha - i beta the load tau of harmonic m gives state r the velocity Gamma (z^(m-r)
+        tau + (-1)^min(r,m) conj(z)^(m+r) conj(tau)), with conj(z)^(r-m) for negative m - r and the first term alone for
+        r = 0.
+        """
+        kinds = [(m, n, False) for m, n in self.cosine] + [(m, n, True) for m, n in self.sine]
+        highest = max(m for m, _, _ in kinds)
+        matrices = np.zeros((2, 2 * highest + 1, len(kinds), len(kinds)))
+        for i, (r, j, is_sine) in enumerate(kinds):
+            for k, (m, n, from_sine) in enumerate(kinds):
+                gamma, turn = coupling(r, j, m, n), 1 if m >= r else -1
+                terms = [(abs(m - r), turn, 1)]
+                if r > 0:
+                    terms.append((m + r, -1, (-1) ** min(r, m)))
+                for index, (power, direction, sign) in enumerate(terms):
+                    mirrored = -1 if index == 1 and from_sine else 1  # conj(tau)
+                    factor = gamma * sign * mirrored
+                    # (Re + i direction Im)(cosine - i sine): its real part is alpha, minus its imaginary part beta
+                    if is_sine == from_sine:
+                        matrices[0, power, i, k] += factor
+                    else:
+                        matrices[1, power, i, k] += factor * direction * (-1 if is_sine else 1)
+        return matrices
+
+    def induced(self, state: Any) -> Any:
+        """Induced velocity over tip speed, positive down (E, N)."""
+        return ca.reshape(ca.mtimes(ca.DM(self._shapes), state), len(self.radius), len(self.azimuth))
+
+    def mean(self, state: Any) -> Any:
+        """Mean induced inflow ratio."""
+        return sqrt(3.0) * state[0]
+
+    def skew(self, state: Any, wind: Any) -> Any:
+        """X = tan(chi / 2) of the wake, from the wind (aft, right, up) over tip speed."""
+        *_, along, across = self._flow(state, wind)
+        return ca.sqrt(along**2 + across**2 + 1e-12)
+
+    def residual(self, state: Any, load: Any, *, wind: Any, hub_rate: Any = (0.0, 0.0), curvature: bool = False) -> Any:
+        """V alpha + L M alpha* - L tau / 2 of every state (size,).
+
+        load: F_z / (rho Omega^2 R^3) of one blade (E, N). wind: air velocity relative to the hub (aft, right, up) over
+        tip speed.
+        """
+        n = self.mean_size
+        total, other, along, across = self._flow(state, wind)
+        V = ca.vertcat(total, ca.repmat(other, n - 1, 1))
+        L = self._influence_at(along, across)
+        tau = ca.mtimes(ca.DM(self._projection), ca.reshape(load, -1, 1))
+        mean = V * state[:n] - ca.mtimes(L, tau[:n]) / 2
+        if not self.blade_passage:
+            return mean
+        mass = self.blades * ca.DM([2 * norm(*s) / pi for s in self.cosine + self.sine])
+        cosine, sine = state[n : 2 * n], state[2 * n :]
+        return ca.vertcat(
+            mean,
+            V * cosine + ca.mtimes(L, mass * sine - tau[n : 2 * n] / 2),
+            V * sine - ca.mtimes(L, mass * cosine + tau[2 * n :] / 2),
+        )
+
+    def _flow(self, state: Any, wind: Any) -> tuple[Any, Any, Any, Any]:
+        """Mass-flow parameters V_T of the uniform and V of the other states, and the skew vector (aft, right)."""
+        mean = self.mean(state)
+        through = mean - wind[2]
+        in_plane = wind[0] ** 2 + wind[1] ** 2
+        total = ca.sqrt(in_plane + through**2 + 1e-8)
+        other = (in_plane + (through + mean) * through) / total
+        speed = total + ca.sqrt(through**2 + 1e-8)
+        return total, other, wind[0] / speed, wind[1] / speed
+
+    def _influence_at(self, along: Any, across: Any) -> Any:
+        """L (n, n) at a skew vector."""
+        highest = self._influence.shape[1] - 1
+        real, imaginary = [1.0], [0.0]
+        for _ in range(highest):
+            real, imaginary = (
+                [*real, real[-1] * along - imaginary[-1] * across],
+                [*imaginary, real[-1] * across + imaginary[-1] * along],
+            )
+        n = self.mean_size
+        flat = self._influence.transpose(3, 2, 0, 1).reshape(n * n, -1)
+        return ca.reshape(ca.mtimes(ca.sparsify(ca.DM(flat)), ca.vertcat(*real, *imaginary)), n, n)
+
+    # -- of the former response ------------------------------------------------------------------------------------
+
+    @property
+    def cosine_shapes(self) -> np.ndarray:
+        return np.column_stack([radial_shape(m, n, self.radius) for m, n in self.cosine])
+
+    @property
+    def sine_shapes(self) -> np.ndarray:
+        return np.column_stack([radial_shape(m, n, self.radius) for m, n in self.sine])
 
     def influence(self, skew: Any) -> tuple[Any, Any]:
         """Matrices L of the cosine and the sine states as expressions of X = tan(chi / 2)."""
-        matrices = []
-        for group, sign in ((self.cosine, 1), (self.sine, -1)):
-            rows = []
-            for r, j in group:
-                row = []
-                for m, n in group:
-                    skew_power = skew**m if r == 0 else skew ** abs(m - r) + sign * (-1) ** min(r, m) * skew ** (m + r)
-                    row.append(skew_power * coupling(r, j, m, n))
-                rows.append(ca.horzcat(*row))
-            matrices.append(ca.vertcat(*rows))
-        return matrices[0], matrices[1]
+        L, k = self._influence_at(skew, 0.0), len(self.cosine)
+        return L[:k, :k], L[k:, k:]
 
     def mass_flow(self, advance_ratio: Any, inflow: Any, mean_induced: Any) -> tuple[Any, Any, Any]:
-        """Mass-flow parameters of the cosine and the sine states, and X = tan(chi / 2).
-
-        ``inflow`` is the whole mean flow through the disc over the tip speed, ``mean_induced`` its induced part.
-        The uniform state is carried by V_T, all others by V = (mu^2 + (lambda + lambda_m) lambda) / V_T.
-        """
         total = ca.sqrt(advance_ratio**2 + inflow**2 + 1e-8)
         other = (advance_ratio**2 + (inflow + mean_induced) * inflow) / total
         skew = advance_ratio / (total + ca.sqrt(inflow**2 + 1e-8))
@@ -111,5 +253,4 @@ class Inflow:
 
     @property
     def mean_weight(self) -> float:
-        """Mean induced velocity over the disc per unit of the uniform state alpha_1^0."""
         return sqrt(3.0)
