@@ -26,16 +26,32 @@ Stations = Annotated[tuple[float, ...], Metres, Field(min_length=2)]
 
 
 class Blade(Record):
-    """Structure of a main-rotor blade at radial stations, linear between them; clamped at the first station."""
+    """Structure of a main-rotor blade at radial stations, linear between them; clamped at the first station.
+
+    Polar inertia is per length, about the pitch axis. Centres of mass and of aerodynamic force lie so far ahead of the
+    pitch axis (towards the leading edge). Structural damping is a fraction of critical at the nominal frequency.
+    """
 
     station: Stations
     mass_per_length: Annotated[tuple[float, ...], Unit("kg/m")]
     bending_stiffness_flap: Annotated[tuple[float, ...], Unit("N m2")]
+    bending_stiffness_lag: Annotated[tuple[float, ...], Unit("N m2")]
+    torsional_stiffness: Annotated[tuple[float, ...], Unit("N m2")]
+    polar_inertia: Annotated[tuple[float, ...], Unit("kg m")]
+    mass_centre_offset: Annotated[float, Metres, Field(gt=-0.2, lt=0.2)]
+    aerodynamic_centre_offset: Annotated[float, Metres, Field(gt=-0.2, lt=0.2)]
     structural_damping: Annotated[float, Ratio, Field(ge=0, le=0.1)]
+    structural_damping_lag: Annotated[float, Ratio, Field(ge=0, le=0.1)]
 
     @model_validator(mode="after")
     def _shapes(self) -> Blade:
-        for name in ("mass_per_length", "bending_stiffness_flap"):
+        for name in (
+            "mass_per_length",
+            "bending_stiffness_flap",
+            "bending_stiffness_lag",
+            "torsional_stiffness",
+            "polar_inertia",
+        ):
             values = getattr(self, name)
             if len(values) != len(self.station):
                 raise ValueError(f"{name}: {len(values)} values: expected one for each of {len(self.station)} stations")
@@ -115,7 +131,8 @@ class TailRotor(Record):
 
 
 class Surface(Record):
-    """A tail surface: area, place behind and above the centre of gravity, incidence and lift."""
+    """A tail surface: area, place behind and above the centre of gravity, incidence, lift and, at right angles to the
+    flow, the normal force of a plate."""
 
     area: Annotated[float, SquareMetres, Field(gt=0, lt=20)]
     behind_cg: Annotated[float, Metres, Field(gt=0, lt=20)]
@@ -123,18 +140,66 @@ class Surface(Record):
     incidence: Annotated[float, Degrees, Field(ge=-20, le=20)]
     lift_slope: Annotated[float, Unit("1/rad"), Field(gt=0.5, lt=7)]
     largest_lift: Annotated[float, Ratio, Field(gt=0.3, lt=3)]
+    plate_normal_force: Annotated[float, Ratio, Field(gt=0.5, lt=2.5)]
     downwash_factor: Annotated[float, Ratio, Field(ge=0, le=3)]
 
 
+class AngleTable(Record):
+    """A coefficient over the whole circle of an angle, linear between the entries."""
+
+    angle: Annotated[tuple[float, ...], Degrees, Field(min_length=4)]
+    coefficient: Annotated[tuple[float, ...], Ratio]
+
+    @model_validator(mode="after")
+    def _circle(self) -> AngleTable:
+        if len(self.angle) != len(self.coefficient):
+            raise ValueError("coefficient: expected one value for each angle")
+        if any(b <= a for a, b in zip(self.angle[:-1], self.angle[1:], strict=True)):
+            raise ValueError(f"angle: {list(self.angle)}: must increase")
+        if self.angle[0] > -180 or self.angle[-1] < 180:
+            raise ValueError(f"angle: {self.angle[0]:g} to {self.angle[-1]:g}: must cover -180 to 180")
+        return self
+
+
 class Fuselage(Record):
-    """Fuselage forces as polynomials in the angle of attack (rad), at ``reference_speed`` and sea-level density."""
+    """Fuselage without tail surfaces.
+
+    At small angles forces and moments are polynomials in the angle of attack or sideslip (rad, constant term first) at
+    ``reference_speed`` and sea-level density; at large ones tables of coefficients with the plan or the side area and
+    the length. All about the centre of gravity of the data.
+    """
 
     reference_speed: Annotated[float, Unit("m/s"), Field(gt=1, lt=100)]
     force_x: Annotated[tuple[float, ...], Unit("N")]
+    force_y: Annotated[tuple[float, ...], Unit("N")]
     force_z: Annotated[tuple[float, ...], Unit("N")]
     moment_y: Annotated[tuple[float, ...], Unit("N m")]
-    validity: Annotated[float, Degrees, Field(gt=5, lt=90)]
+    moment_z: Annotated[tuple[float, ...], Unit("N m")]
+    plan_area: Annotated[float, SquareMetres, Field(gt=0.5, lt=100)]
+    side_area: Annotated[float, SquareMetres, Field(gt=0.5, lt=100)]
+    length: Annotated[float, Metres, Field(gt=1, lt=40)]
+    far_x: AngleTable
+    far_y: AngleTable
+    far_z: AngleTable
+    far_moment_y: AngleTable
+    far_moment_z: AngleTable
     parasite_area: Annotated[float, SquareMetres, Field(gt=0.1, lt=10)]
+    extra_drag_above_cg: Annotated[float, Metres, Field(gt=-3, lt=5)]
+
+
+class Inertia(Record):
+    """Moments of inertia about the body axes through the centre of gravity, and the product of the roll and yaw axes
+    (the integral of x z dm)."""
+
+    roll: Annotated[float, Unit("kg m2"), Field(gt=10)]
+    pitch: Annotated[float, Unit("kg m2"), Field(gt=10)]
+    yaw: Annotated[float, Unit("kg m2"), Field(gt=10)]
+    product: Annotated[float, Unit("kg m2")]
+
+    @property
+    def matrix(self) -> tuple[tuple[float, float, float], ...]:
+        """Inertia tensor in body axes [kg m2], rows."""
+        return ((self.roll, 0.0, -self.product), (0.0, self.pitch, 0.0), (-self.product, 0.0, self.yaw))
 
 
 class Loading(Record):
@@ -144,6 +209,7 @@ class Loading(Record):
     smallest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
     largest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
     fuel_capacity: Annotated[float, Kilograms, Field(gt=1, lt=10000)]
+    inertia: Inertia
 
 
 class Transmission(Record):

@@ -8,7 +8,7 @@ import vrsopt.rotor.tail_rotor as module
 from vrsopt.aircraft import TailRotor, load_aircraft
 from vrsopt.atmosphere import standard_air
 from vrsopt.residual import Named, ResidualSystem, Solution, Unknown
-from vrsopt.rotor.response import blade_loads
+from vrsopt.rotor.section_loads import blade_loads
 from vrsopt.rotor.tail_rotor import symmetric_section, tail_rotor_loads
 
 AIRCRAFT = load_aircraft("bo105")
@@ -113,7 +113,7 @@ def test_shaft_power_and_drag_pay_for_induced_and_section_losses(speed, monkeypa
         drag_level=0.0088,
     )
     weights = np.polynomial.legendre.leggauss(module.STATIONS)[1] / 2 * TAIL.radius * (1 - TAIL.root_cutout)
-    dissipated = TAIL.blades / module.AZIMUTHS * float(np.sum(weights @ np.array(seen["loads"][3])))
+    dissipated = TAIL.blades / module.AZIMUTHS * float(np.sum(weights @ np.array(seen["loads"].dissipation)))
     induced = TAIL.induced_power_factor * solution.values["inflow"] * OMEGA * TAIL.radius * solution.outputs["thrust"]
     spent = solution.outputs["power"] + solution.outputs["drag"] * speed
     assert spent == pytest.approx(induced + dissipated, rel=1e-3)

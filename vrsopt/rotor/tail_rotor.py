@@ -17,7 +17,7 @@ import numpy as np
 from vrsopt.aircraft import TailRotor
 from vrsopt.atmosphere import Air
 from vrsopt.rotor.airfoil import Airfoil
-from vrsopt.rotor.response import blade_loads
+from vrsopt.rotor.section_loads import blade_loads
 
 STATIONS, AZIMUTHS = 6, 12
 
@@ -69,11 +69,14 @@ def tail_rotor_loads(
     speed: Any,
     air: Air,
     drag_level: Any,
+    axial_speed: Any = 0.0,
 ) -> TailRotorLoads:
-    """Loads of the tail rotor in edgewise flow.
+    """Loads of the tail rotor.
 
     inflow: induced velocity over tip speed; teeter: cosine and sine flap angle [rad]; rotor_speed: its own [rad/s];
-    speed: of flight along its disc [m/s].
+    speed: of its hub through the air along the disc [m/s]; axial_speed: of its hub through the air to the right, along
+    its thrust [m/s], as in a climb: the air comes against the thrust. The inflow residual is momentum theory with
+    both, C_T = 2 lambda_i sqrt(mu^2 + (lambda_i + lambda_c)^2).
     """
     points, weights = np.polynomial.legendre.leggauss(STATIONS)
     inner, R = rotor.root_cutout * rotor.radius, rotor.radius
@@ -86,14 +89,15 @@ def tail_rotor_loads(
     U_T = rotor_speed * ca.mtimes(radius, ones[None]) + ca.mtimes(column, speed * ca.DM(sin).T)
     U_R = ca.mtimes(column, speed * ca.DM(cos).T)
     induced = rotor.induced_power_factor * inflow * rotor_speed * R
-    U_P = -induced - ca.mtimes(radius, flap_rate) - U_R * ca.mtimes(column, flap)
+    U_P = -induced - axial_speed - ca.mtimes(radius, flap_rate) - U_R * ca.mtimes(column, flap)
     twist = rotor.twist * (radius / R - 0.75)
     pitch = ca.mtimes(column, collective + tan(radians(rotor.delta3)) * flap) - ca.mtimes(twist, ones[None])
 
-    F_z, F_t, F_r, _ = blade_loads(
+    loads = blade_loads(
         section, chord=rotor.chord, velocities=(U_T, U_P, U_R), pitch=pitch, air=air, drag_level=drag_level
     )
-    F_r -= F_z * ca.mtimes(column, flap)  # lift is normal to the flapping blade
+    F_z, F_t = loads.up, loads.along
+    F_r = loads.outward - F_z * ca.mtimes(column, flap)  # lift is normal to the flapping blade
     share = rotor.blades / AZIMUTHS
 
     def mean(values: Any, wave: np.ndarray, arm: np.ndarray | None = None) -> Any:
@@ -104,8 +108,8 @@ def tail_rotor_loads(
     drag = mean(F_r, cos) - mean(F_t, sin)
     teeter_residual = ca.vertcat(mean(F_z, cos, radius), mean(F_z, sin, radius))
     tip_speed = rotor_speed * R
-    mu = speed / tip_speed
+    mu, climb = speed / tip_speed, axial_speed / tip_speed
     pressure = air.density * tip_speed**2
     C_T = thrust / (pressure * pi * R**2)
-    residual = 2 * inflow * ca.sqrt(mu**2 + inflow**2 + 1e-6) - C_T
+    residual = 2 * inflow * ca.sqrt(mu**2 + (inflow + climb) ** 2 + 1e-6) - C_T
     return TailRotorLoads(thrust, drag, power, residual, teeter_residual, thrust / (pressure * rotor.blade_area), mu)
