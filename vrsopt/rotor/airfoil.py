@@ -44,32 +44,60 @@ class Airfoil(Record):
     negative_ramp_slope: Polynomial
     log_negative_ramp_width: Polynomial
     drag_reference: Annotated[float, Unit("-")]  # the fit's own level at Mach 0.3 and zero angle of attack
+    moment_level: Polynomial
+    moment_slope: Polynomial
+    separated_moment: Polynomial
+    separated_moment_cosine: Polynomial
+    reversed_moment: Polynomial
+    pressure_lag: Polynomial  # time constants of dynamic stall, semi-chords
+    separation_lag: Polynomial
+    vortex_decay: Polynomial
+    vortex_passage: Polynomial
+    critical_normal_force: Polynomial
 
-    def coefficients(self, sine: Any, cosine: Any, mach: Any, drag_level: Any) -> tuple[Any, Any]:
-        """Lift and drag coefficient from the sine and cosine of the angle of attack and the Mach number.
+    def coefficients(self, sine: Any, cosine: Any, mach: Any, drag_level: Any) -> tuple[Any, Any, Any]:
+        """Coefficients of lift, drag and moment from the sine and cosine of the angle of attack and the Mach number.
 
-        ``drag_level`` is the zero-incidence drag of the blade as built and at full scale: the whole fitted
-        drag is shifted by its difference from ``drag_reference``. Works on CasADi expressions and on floats.
+        The moment is about the quarter chord, nose up. ``drag_level`` is the zero-incidence drag of the blade as built
+        and at full scale: the whole fitted drag is shifted by its difference from ``drag_reference``. Works on CasADi
+        expressions and on floats.
         """
         m = smooth_clip(mach, LOWEST_MACH, HIGHEST_LIFT_MACH)
-        s0 = polynomial(self.zero_lift_sine, m)
-        attached = polynomial(self.lift_slope, m) * (sine * ca.sqrt(1 - s0**2) - cosine * s0)
-        separated = (
-            polynomial(self.separated_lift, m)
-            * sine
-            * cosine
-            / ca.sqrt(sine**2 + polynomial(self.separated_width, m) ** 2)
-        )
+        slope, s0 = self.attached_lift(m)
+        forward = self.forward(cosine)
+        weight = self.attachment(sine, m) * forward
+        attached = slope * (sine * ca.sqrt(1 - s0**2) - cosine * s0)
+        lift = weight * attached + (1 - weight) * self.separated(sine, cosine, m)
+        return lift, self.drag(sine, mach, drag_level), self.moment(sine, cosine, m, weight, forward)
+
+    def attached_lift(self, m: Any) -> tuple[Any, Any]:
+        """Slope of the attached lift by the sine of the angle from zero lift, and the sine of the zero-lift angle.
+
+        ``m`` here and in the other pieces: the Mach number held between the ends of the fit.
+        """
+        return polynomial(self.lift_slope, m), polynomial(self.zero_lift_sine, m)
+
+    def forward(self, cosine: Any) -> Any:
+        """Weight of forward flow: reversed flow is separated; the width only smooths the change-over."""
+        return logistic(cosine / 0.08)
+
+    def attachment(self, sine: Any, m: Any) -> Any:
+        """Weight of the attached lift in forward flow."""
         upper = logistic((polynomial(self.break_sine, m) - sine) / ca.exp(polynomial(self.log_break_width, m)))
         lower = logistic(
             (sine - polynomial(self.negative_break_sine, m)) / ca.exp(polynomial(self.log_negative_break_width, m))
         )
-        forward = logistic(cosine / 0.08)  # reversed flow is separated; the width only smooths the change-over
-        weight = upper * lower * forward
-        lift = weight * attached + (1 - weight) * separated
+        return upper * lower
 
+    def separated(self, sine: Any, cosine: Any, m: Any) -> Any:
+        """Lift coefficient of separated flow."""
+        width = polynomial(self.separated_width, m)
+        return polynomial(self.separated_lift, m) * sine * cosine / ca.sqrt(sine**2 + width**2)
+
+    def drag(self, sine: Any, mach: Any, drag_level: Any) -> Any:
+        """Drag coefficient; ``mach`` is not yet held between bounds."""
         m = smooth_clip(mach, LOWEST_MACH, HIGHEST_DRAG_MACH)
-        drag = (
+        return (
             polynomial(self.drag_level, m)
             + drag_level
             - self.drag_reference
@@ -79,7 +107,16 @@ class Airfoil(Record):
             + polynomial(self.negative_ramp_slope, m)
             * softplus(polynomial(self.negative_ramp_sine, m) - sine, ramp_width(self.log_negative_ramp_width, m))
         )
-        return lift, drag
+
+    def moment(self, sine: Any, cosine: Any, m: Any, weight: Any, forward: Any) -> Any:
+        """Moment coefficient about the quarter chord; ``weight`` of attached flow, ``forward`` of forward flow."""
+        attached = polynomial(self.moment_level, m) + polynomial(self.moment_slope, m) * sine
+        separated = -sine * (
+            polynomial(self.separated_moment, m) + cosine * polynomial(self.separated_moment_cosine, m)
+        )
+        # Trailing edge first the lift acts at three quarters of the chord.
+        aft = -polynomial(self.reversed_moment, m) * cosine**2 * sine / ca.sqrt(sine**2 + 0.07**2)
+        return weight * attached + (1 - weight) * separated + (1 - forward) * aft
 
 
 def polynomial(coefficients: Sequence[float], x: Any) -> Any:
