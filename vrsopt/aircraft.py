@@ -202,14 +202,65 @@ class Inertia(Record):
         return ((self.roll, 0.0, -self.product), (0.0, self.pitch, 0.0), (-self.product, 0.0, self.yaw))
 
 
+class Station(Record):
+    """A place for load; arms count aft from the datum of the flight manual."""
+
+    arm: Annotated[float, Metres, Field(gt=-10, lt=30)]
+
+
+class Tank(Record):
+    """A fuel tank and the fuel it holds."""
+
+    arm: Annotated[float, Metres, Field(gt=-10, lt=30)]
+    capacity: Annotated[float, Kilograms, Field(gt=1, lt=10000)]
+
+
+class CgLimits(Record):
+    """Foremost and aftmost arm of the centre of gravity at gross masses, linear between them."""
+
+    mass: Annotated[tuple[float, ...], Kilograms, Field(min_length=2)]
+    foremost: Annotated[tuple[float, ...], Metres]
+    aftmost: Annotated[tuple[float, ...], Metres]
+
+    @model_validator(mode="after")
+    def _shapes(self) -> CgLimits:
+        if not len(self.mass) == len(self.foremost) == len(self.aftmost):
+            raise ValueError("foremost, aftmost: expected one value for each mass")
+        if any(b <= a for a, b in zip(self.mass[:-1], self.mass[1:], strict=True)):
+            raise ValueError(f"mass: {list(self.mass)}: must increase")
+        for mass, foremost, aftmost in zip(self.mass, self.foremost, self.aftmost, strict=True):
+            if foremost >= aftmost:
+                raise ValueError(f"foremost: {foremost} at {mass:g} kg: must be less than aftmost")
+        return self
+
+
 class Loading(Record):
-    """Masses the aircraft may have."""
+    """Masses the aircraft may have, where its loads are, and its inertia.
+
+    Tanks are filled in the order of the file. ``reference_cg_arm`` is where the centre of gravity lies from which the
+    other tables count (``behind_cg``, ``above_cg``).
+    """
 
     reference_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
     smallest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
     largest_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
     fuel_capacity: Annotated[float, Kilograms, Field(gt=1, lt=10000)]
+    empty_mass: Annotated[float, Kilograms, Field(gt=100, lt=30000)]
+    empty_arm: Annotated[float, Metres, Field(gt=-10, lt=30)]
+    pilot_mass: Annotated[float, Kilograms, Field(gt=30, lt=200)]
+    reference_cg_arm: Annotated[float, Metres, Field(gt=-10, lt=30)]
+    crew: Station
+    payload: Annotated[dict[str, Station], Field(min_length=1)]
+    tanks: Annotated[dict[str, Tank], Field(min_length=1)]
+    cg_limits: CgLimits
     inertia: Inertia
+
+    @model_validator(mode="after")
+    def _tanks_hold_the_fuel(self) -> Loading:
+        held = sum(tank.capacity for tank in self.tanks.values())
+        if abs(held - self.fuel_capacity) > 0.5:
+            raise ValueError(f"fuel_capacity: {self.fuel_capacity:g}: the tanks hold {held:g} kg")
+        return self
 
 
 class Transmission(Record):

@@ -1,153 +1,181 @@
-"""Rotating blade: flap modes from a beam finite-element model, with the rotor speed left symbolic.
+"""Rotating blade: uncoupled flap, lag and torsion modes from finite elements, with the rotor speed left symbolic.
 
-Cubic Hermite beam elements give mass, bending and centrifugal stiffness matrices once. The modes at the nominal rotor
-speed are kept as a fixed Ritz basis, so that at any speed the modal stiffness is K = K_bending + Omega^2 K_centrifugal:
-a polynomial in Omega, with exact derivatives and no eigenproblem inside the trim.
+Cubic Hermite elements give mass, elastic and centrifugal stiffness matrices once. The modes at the nominal rotor speed
+are kept as a fixed Ritz basis, so that at any speed the modal stiffness is K = K_elastic + Omega^2 K_centrifugal: a
+polynomial in Omega, with exact derivatives and no eigenproblem inside the trim.
+
+Energies per length, ' = d/dr, T the integral of m r from r to the tip (W. Johnson, Rotorcraft Aeromechanics, 2013):
+
+    flap     kinetic m w_t^2 / 2,  elastic EI_flap w''^2 / 2,  centrifugal Omega^2 T w'^2 / 2
+    lag      kinetic m v_t^2 / 2,  elastic EI_lag v''^2 / 2,   centrifugal Omega^2 (T v'^2 - m v^2) / 2
+    torsion  kinetic I p_t^2 / 2,  elastic GJ p'^2 / 2,        centrifugal Omega^2 I p^2 / 2 (propeller moment)
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
 
 from vrsopt.aircraft import Blade
 
+Family = Literal["flap", "lag", "torsion"]
 ELEMENTS = 40
 GAUSS_POINTS = 5
 
 
 @dataclass(frozen=True)
-class FlapModes:
-    """Flap Ritz basis of a blade, normalised to one metre at the tip; n modes.
+class Modes:
+    """Ritz basis of one family of motions, normalised to one (metre or radian) at the tip; n modes.
 
-    mass, bending, centrifugal: modal matrices (n, n), kg, N/m and kg (times Omega^2 gives N/m).
-    precone: integral of m r phi (n,), kg m. weight: integral of m phi (n,), kg.
+    mass, elastic, centrifugal: modal matrices (n, n); flap and lag: kg, N/m and kg; torsion: kg m2, N m and kg m2
+    (times Omega^2 gives a stiffness).
     """
 
     nodes: np.ndarray  # (n_nodes,) radius, m
-    shapes: np.ndarray  # (2 n_nodes, n): deflection and slope at the nodes
+    shapes: np.ndarray  # (2 n_nodes, n): value and slope at the nodes
     mass: np.ndarray
-    bending: np.ndarray
+    elastic: np.ndarray
     centrifugal: np.ndarray
-    precone: np.ndarray
-    weight: np.ndarray
 
-    def at(self, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Deflection (E, n) and slope [1/m] (E, n) of the modes at radii (E,); zero inboard of the root."""
-        n_modes = self.shapes.shape[1]
-        deflection, slope = np.zeros((len(radius), n_modes)), np.zeros((len(radius), n_modes))
-        for i, r in enumerate(radius):
-            if r <= self.nodes[0]:
-                continue
-            element = min(int(np.searchsorted(self.nodes, r, side="right")) - 1, len(self.nodes) - 2)
-            length = self.nodes[element + 1] - self.nodes[element]
-            xi = (r - self.nodes[element]) / length
-            dofs = self.shapes[2 * element : 2 * element + 4]
-            deflection[i] = _hermite(xi, length, order=0) @ dofs
-            slope[i] = _hermite(xi, length, order=1) @ dofs
-        return deflection, slope
+    @property
+    def count(self) -> int:
+        """Number of modes n."""
+        return self.shapes.shape[1]
+
+    def at(self, radius: np.ndarray, order: int = 0) -> np.ndarray:
+        """Derivative of that order of the modes at radii (E,): (E, n), 1/m^order; zero inboard of the root."""
+        return hermite(self.nodes, radius, order) @ self.shapes
 
     def frequencies(self, rotor_speed: float) -> np.ndarray:
         """Natural frequencies (n,) of the Ritz system in vacuum at a rotor speed, both in rad/s."""
-        stiffness = self.bending + rotor_speed**2 * self.centrifugal
+        stiffness = self.elastic + rotor_speed**2 * self.centrifugal
         return np.sqrt(eigh(stiffness, self.mass, eigvals_only=True))
 
 
+class Beam:
+    """Finite elements of a blade: the matrices of each family and integrals along the radius."""
+
+    def __init__(self, blade: Blade) -> None:
+        self.blade = blade
+        self.nodes = _nodes(np.array(blade.station))
+        points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        length = np.diff(self.nodes)
+        self.radius = (self.nodes[:-1, None] + length[:, None] * (1 + points) / 2).ravel()  # (n_p,) of quadrature
+        self.weight = (length[:, None] * weights / 2).ravel()  # (n_p,), m
+        self.mass_per_length = np.interp(self.radius, blade.station, blade.mass_per_length)
+
+    @cached_property
+    def outboard(self) -> np.ndarray:
+        """Matrix (n_p, n_p): values at the points to their integrals from each point to the tip.
+
+        Exact for what is a polynomial of the fourth degree in each element.
+        """
+        points = (1 + np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]) / 2
+        power = np.arange(GAUSS_POINTS)
+        integrals = (1 - points[:, None] ** (power + 1)) / (power + 1)
+        inside = integrals @ np.linalg.inv(points[:, None] ** power)
+        element = np.repeat(np.arange(len(self.nodes) - 1), GAUSS_POINTS)
+        beyond = (element[None, :] > element[:, None]) * self.weight
+        return np.asarray(block_diag(*[inside * length for length in np.diff(self.nodes)]) + beyond)
+
+    @cached_property
+    def tension(self) -> np.ndarray:
+        """Centrifugal tension over Omega^2 at the points (n_p,), kg m."""
+        return np.asarray(self.outboard @ (self.mass_per_length * self.radius))
+
+    def matrices(self, family: Family) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Mass, elastic and centrifugal matrices on the value and slope at each node, ends free."""
+        blade = self.blade
+        if family == "torsion":
+            mass = self._integral(0, np.interp(self.radius, blade.station, blade.polar_inertia))
+            return mass, self._integral(1, np.interp(self.radius, blade.station, blade.torsional_stiffness)), mass
+        mass, tension = self._integral(0, self.mass_per_length), self._integral(1, self.tension)
+        if family == "flap":
+            return mass, self._integral(2, np.interp(self.radius, blade.station, blade.bending_stiffness_flap)), tension
+        elastic = self._integral(2, np.interp(self.radius, blade.station, blade.bending_stiffness_lag))
+        return mass, elastic, tension - mass
+
+    def modes(self, family: Family, *, rotor_speed: float, count: int) -> Modes:
+        """The ``count`` lowest modes at ``rotor_speed`` [rad/s] as Ritz basis; the root is clamped."""
+        matrices = self.matrices(family)
+        root = 1 if family == "torsion" else 2  # fixed there: the angle; the deflection and its slope
+        mass, elastic, centrifugal = (matrix[root:, root:] for matrix in matrices)
+        vectors = eigh(elastic + rotor_speed**2 * centrifugal, mass)[1][:, :count]
+        shapes = np.vstack([np.zeros((root, count)), vectors / vectors[-2]])
+        return Modes(self.nodes, shapes, *(shapes.T @ matrix @ shapes for matrix in matrices))
+
+    def _integral(self, order: int, density: np.ndarray) -> np.ndarray:
+        basis = hermite(self.nodes, self.radius, order)
+        return np.asarray(basis.T @ ((density * self.weight)[:, None] * basis))
+
+
+def _nodes(station: np.ndarray) -> np.ndarray:
+    """Radii of about ``ELEMENTS`` elements, nearly equal, with a node at every station: no element straddles a kink."""
+    share = np.diff(station) * ELEMENTS / (station[-1] - station[0])
+    pieces = [
+        np.linspace(a, b, max(2, round(n)), endpoint=False)
+        for a, b, n in zip(station[:-1], station[1:], share, strict=True)
+    ]
+    return np.concatenate([*pieces, station[-1:]])
+
+
+def hermite(nodes: np.ndarray, radius: np.ndarray, order: int) -> np.ndarray:
+    """Cubic Hermite basis, or its derivative of that order, at radii (E,): (E, 2 n_nodes); zero inboard of the root."""
+    element = np.clip(np.searchsorted(nodes, radius, side="right") - 1, 0, len(nodes) - 2)
+    length = np.diff(nodes)[element]
+    x = (radius - nodes[element]) / length
+    values = {
+        0: (1 - 3 * x**2 + 2 * x**3, x - 2 * x**2 + x**3, 3 * x**2 - 2 * x**3, x**3 - x**2),
+        1: (6 * x**2 - 6 * x, 1 - 4 * x + 3 * x**2, 6 * x - 6 * x**2, 3 * x**2 - 2 * x),
+        2: (12 * x - 6, 6 * x - 4, 6 - 12 * x, 6 * x - 2),
+    }[order]
+    basis = np.zeros((len(radius), 2 * len(nodes)))
+    rows = np.arange(len(radius))
+    for k, value in enumerate(values):
+        slope = k % 2
+        basis[rows, 2 * element + k] = np.where(radius >= nodes[0], value * length ** (slope - order), 0.0)
+    return basis
+
+
+@dataclass(frozen=True)
+class FlapModes:
+    """Flap modes with the load vectors of precone (integral of m r phi, kg m) and weight (integral of m phi, kg)."""
+
+    modes: Modes
+    precone: np.ndarray
+    weight: np.ndarray
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Modal mass, kg."""
+        return self.modes.mass
+
+    @property
+    def bending(self) -> np.ndarray:
+        """Modal bending stiffness, N/m."""
+        return self.modes.elastic
+
+    @property
+    def centrifugal(self) -> np.ndarray:
+        """Modal centrifugal stiffness over Omega^2, kg."""
+        return self.modes.centrifugal
+
+    def at(self, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Deflection (E, n) and slope [1/m] (E, n)."""
+        return self.modes.at(radius), self.modes.at(radius, 1)
+
+    def frequencies(self, rotor_speed: float) -> np.ndarray:
+        """Natural frequencies (n,), rad/s."""
+        return self.modes.frequencies(rotor_speed)
+
+
 def flap_modes(blade: Blade, *, rotor_speed: float, count: int = 3) -> FlapModes:
-    """The ``count`` lowest flap modes at ``rotor_speed`` [rad/s] as Ritz basis. Root clamped at the first station."""
-    nodes, mass, bending, centrifugal = finite_elements(blade, blade.bending_stiffness_flap)
-    free = slice(2, None)  # deflection and slope at the root are zero
-    stiffness = bending + rotor_speed**2 * centrifugal
-    vectors = eigh(stiffness[free, free], mass[free, free], subset_by_index=(0, count - 1))[1]
-    shapes = np.vstack([np.zeros((2, count)), vectors / vectors[-2]])
-    first_moment, zeroth_moment = _moments(blade, nodes)
-    return FlapModes(
-        nodes=nodes,
-        shapes=shapes,
-        mass=shapes.T @ mass @ shapes,
-        bending=shapes.T @ bending @ shapes,
-        centrifugal=shapes.T @ centrifugal @ shapes,
-        precone=shapes.T @ first_moment,
-        weight=shapes.T @ zeroth_moment,
-    )
-
-
-def finite_elements(
-    blade: Blade, bending_stiffness: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Node radii and the mass, bending and centrifugal matrices of a beam bending out of the plane of rotation.
-
-    ``bending_stiffness`` [N m2] is given at the blade's stations, linear between them. For bending in the plane of
-    rotation the centrifugal matrix is this one minus the mass matrix.
-    """
-    nodes = np.linspace(blade.station[0], blade.station[-1], ELEMENTS + 1)
-    size = 2 * len(nodes)
-    mass, bending, centrifugal = (np.zeros((size, size)) for _ in range(3))
-    for element in range(ELEMENTS):
-        length = nodes[element + 1] - nodes[element]
-        dofs = slice(2 * element, 2 * element + 4)
-        for xi, weight in _gauss():
-            r = nodes[element] + xi * length
-            n0, n1, n2 = (_hermite(xi, length, order=order) for order in range(3))
-            dr = weight * length
-            mass[dofs, dofs] += np.interp(r, blade.station, blade.mass_per_length) * np.outer(n0, n0) * dr
-            bending[dofs, dofs] += np.interp(r, blade.station, bending_stiffness) * np.outer(n2, n2) * dr
-            centrifugal[dofs, dofs] += _tension(blade, r) * np.outer(n1, n1) * dr
-    return nodes, mass, bending, centrifugal
-
-
-def _tension(blade: Blade, radius: float) -> float:
-    """Centrifugal tension over Omega^2: the integral of m r from ``radius`` to the tip, kg m."""
-    breaks = np.unique([radius, *[s for s in blade.station if s > radius]])
-    total = 0.0
-    for a, b in zip(breaks[:-1], breaks[1:], strict=True):
-        for xi, weight in _gauss():
-            r = a + xi * (b - a)
-            total += weight * (b - a) * r * np.interp(r, blade.station, blade.mass_per_length)
-    return total
-
-
-def _moments(blade: Blade, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Load vectors of the distributed loads m r and m on the element degrees of freedom."""
-    first, zeroth = np.zeros(2 * len(nodes)), np.zeros(2 * len(nodes))
-    for element in range(ELEMENTS):
-        length = nodes[element + 1] - nodes[element]
-        dofs = slice(2 * element, 2 * element + 4)
-        for xi, weight in _gauss():
-            r = nodes[element] + xi * length
-            load = np.interp(r, blade.station, blade.mass_per_length) * weight * length
-            first[dofs] += load * r * _hermite(xi, length, order=0)
-            zeroth[dofs] += load * _hermite(xi, length, order=0)
-    return first, zeroth
-
-
-def _gauss() -> list[tuple[float, float]]:
-    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    return [((1 + p) / 2, w / 2) for p, w in zip(points.tolist(), weights.tolist(), strict=True)]
-
-
-def _hermite(xi: float, length: float, *, order: int) -> np.ndarray:
-    """Hermite shape functions (4,) of deflection and slope at both ends, or their derivatives by the radius."""
-    if order == 0:
-        return np.array(
-            [
-                1 - 3 * xi**2 + 2 * xi**3,
-                length * (xi - 2 * xi**2 + xi**3),
-                3 * xi**2 - 2 * xi**3,
-                length * (xi**3 - xi**2),
-            ]
-        )
-    if order == 1:
-        return np.array(
-            [
-                (6 * xi**2 - 6 * xi) / length,
-                1 - 4 * xi + 3 * xi**2,
-                (6 * xi - 6 * xi**2) / length,
-                3 * xi**2 - 2 * xi,
-            ]
-        )
-    return np.array(
-        [(12 * xi - 6) / length**2, (6 * xi - 4) / length, (6 - 12 * xi) / length**2, (6 * xi - 2) / length]
-    )
+    """The ``count`` lowest flap modes at ``rotor_speed`` [rad/s] as Ritz basis."""
+    beam = Beam(blade)
+    modes = beam.modes("flap", rotor_speed=rotor_speed, count=count)
+    load = modes.at(beam.radius).T * (beam.mass_per_length * beam.weight)
+    return FlapModes(modes, load @ beam.radius, load.sum(axis=1))
