@@ -4,6 +4,7 @@ import tomllib
 from math import radians
 from typing import Any
 
+import numpy as np
 import pytest
 
 from vrsopt.aircraft import DATA, Aircraft, data_hash, data_path, load_aircraft
@@ -136,6 +137,21 @@ def test_provenance_is_kept():
             "mass_per_length = { value = [6.901, 6.901, 5.726]",
             ["main_rotor.blade", "mass_per_length", "3 values"],
         ),
+        (
+            "fuel_capacity = { value = 456.0",
+            "fuel_capacity = { value = 450.0",
+            ["loading", "fuel_capacity", "450", "456 kg"],
+        ),
+        (
+            "foremost = { value = [3.081, 3.081",
+            "foremost = { value = [3.481, 3.081",
+            ["loading.cg_limits", "foremost", "3.481 at 1140 kg", "less than aftmost"],
+        ),
+        (
+            "angle = { value = [-180, -160, -90, -30, 0, 20, 90, 160, 180]",
+            "angle = { value = [-170, -160, -90, -30, 0, 20, 90, 160, 180]",
+            ["fuselage.far_x", "angle", "-170 to 180", "must cover"],
+        ),
         ("[loading]", "[loading", ["not a TOML file"]),
     ],
     ids=[
@@ -150,6 +166,9 @@ def test_provenance_is_kept():
         "own range",
         "stations",
         "lengths",
+        "tanks",
+        "limits of the centre of gravity",
+        "part of the circle",
         "syntax",
     ],
 )
@@ -179,7 +198,7 @@ def test_hash_follows_numbers_and_not_notes(tmp_path):
     base = data_hash(load_aircraft("bo105"))
     note = changed(tmp_path, 'note = "usable"', 'note = "all tanks"')
     (tmp_path / "other").mkdir()
-    number = changed(tmp_path / "other", "fuel_capacity = { value = 456.0", "fuel_capacity = { value = 457.0")
+    number = changed(tmp_path / "other", "pilot_mass = { value = 80.0", "pilot_mass = { value = 81.0")
     assert data_hash(note) == base
     assert data_hash(number) != base
     assert data_hash(load_aircraft("bo105").variant("section_drag_level")) != base
@@ -209,6 +228,16 @@ def test_equal_aircraft_share_their_hash(tmp_path):
     again = changed(tmp_path, 'name = "Bo 105"', 'name = "Bo 105" # the same')
     aircraft = load_aircraft("bo105")
     assert hash(again) == hash(aircraft) and again == aircraft
+
+
+def test_inertia_is_that_of_a_body():
+    """Padfield's values; a positive product, nose low and tail high, is a negative element of the tensor."""
+    inertia = load_aircraft("bo105").loading.inertia
+    assert (inertia.roll, inertia.pitch, inertia.yaw, inertia.product) == (1433.0, 4973.0, 4099.0, 660.0)
+    tensor = np.array(inertia.matrix)
+    assert tensor[0, 2] == tensor[2, 0] == -660.0
+    principal = np.linalg.eigvalsh(tensor)
+    assert principal[0] > 0 and principal[2] < principal[0] + principal[1]
 
 
 def test_drive_train_power():

@@ -14,7 +14,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from vrsopt.aircraft import Aircraft, AngleTable, Fuselage, Surface
+from vrsopt.aircraft import Aircraft
+from vrsopt.airframe_data import AngleTable, Fuselage, Surface
 from vrsopt.atmosphere import Air, standard_air
 from vrsopt.rotor.airfoil import logistic, polynomial
 
@@ -22,7 +23,7 @@ SEA_LEVEL_DENSITY = standard_air(0.0).density
 STILL = 0.01  # (0.1 m/s)^2: keeps the angle of a vanishing velocity regular
 HARMONICS = 10  # of the tables for large angles: within 3 % of their largest value, root mean square
 NEAR, FAR = cos(radians(15.0)), cos(radians(25.0))  # polynomials within the first angle, tables beyond the second
-STALL_WIDTH = 0.03  # of the hand-over from attached to separated flow, in the cosine of the angle
+STALL_WIDTH = 0.02  # of the hand-over from attached to separated flow, in the cosine of the angle
 SATURATION = 8  # exponent of the lift's largest value: 0.05 % off the attached line at half of it
 
 Vector = tuple[Any, Any, Any]
