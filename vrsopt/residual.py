@@ -8,57 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lu_factor, lu_solve, svdvals
 
 from vrsopt.errors import InputError
+from vrsopt.solution import Branch, Named, Solution, Unknown
+from vrsopt.solvers.arclength import follow_curve
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
 from vrsopt.solvers.newton import Factorisation, newton
 from vrsopt.solvers.status import Status
 
 TOLERANCE = 1e-8  # largest scaled residual of an accepted solution
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """An unknown of the system: unit, scale (its typical size), bounds and the start of a solve without a guess."""
-
-    name: str
-    unit: str
-    scale: float = 1.0
-    lower: float = -math.inf
-    upper: float = math.inf
-    start: float = 0.0
-
-
-@dataclass(frozen=True)
-class Named:
-    """Name and unit of a parameter or an output; name and scale of a residual."""
-
-    name: str
-    unit: str = "-"
-    scale: float = 1.0
-
-
-@dataclass(frozen=True)
-class Solution:
-    """A solved (or failed) system: ``values`` of the unknowns, ``outputs`` and ``parameters`` by name, in SI units."""
-
-    success: bool
-    status: Status
-    message: str
-    values: dict[str, float]
-    outputs: dict[str, float]
-    parameters: dict[str, float]
-    residual_norm: float
-    iterations: int
-    scaled: np.ndarray = field(repr=False)
-    factorisation: Factorisation | None = field(repr=False, default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +97,13 @@ class ResidualSystem:
         return ca.Function("derivatives", [z, p], [ca.densify(block) for block in blocks])
 
     @cached_property
+    def _widened(self) -> ca.Function:
+        """Jacobian and, in one more column, the derivative in a direction of the parameters."""
+        z, p, r, _ = self._graph
+        way = type(p).sym("way", len(self.parameters))
+        return ca.Function("widened", [z, p, way], [ca.horzcat(self._jacobian(z, p), ca.jtimes(r, p, way))])
+
+    @cached_property
     def _ipopt(self) -> ca.Function:
         z, p, r, _ = self._graph
         # A square system leaves the Hessian nothing to do: the quasi-Newton one costs no second derivatives.
@@ -190,6 +162,41 @@ class ResidualSystem:
             return self._solution(p, answer["x"].full().ravel(), ipopt_status(stats), stats["iter_count"], None)
         raise InputError(f"{self.name}: method = {method!r}: 'ipopt' or 'newton'")
 
+    def follow(self, start: Solution, parameters: Mapping[str, float], *, max_jacobians: int = 150) -> Branch:
+        """Follow the solution ``start`` on the straight way from its parameters to ``parameters``, through folds.
+
+        Pseudo-arclength continuation (:mod:`vrsopt.solvers.arclength`): the first solution at ``parameters`` that the
+        curve meets. It ends without success where the curve leaves the bounds of an unknown or returns to its start.
+        """
+        first, last = self.vector(start.parameters), self.vector(parameters)
+        way, (lower, upper) = last - first, self.bounds
+        curve = follow_curve(
+            lambda z, s: self._residual(z, first + s * way).full().ravel(),
+            lambda z, s: self._widened(z, first + s * way, way).full(),
+            start=start.scaled,
+            first=0.0,
+            target=1.0,
+            tolerance=TOLERANCE,
+            max_jacobians=max_jacobians,
+            admissible=lambda z: bool(np.all(z >= lower) and np.all(z <= upper)),
+        )
+        p = first + curve.parameter * way
+        solution = self._solution(p, curve.root, curve.status, curve.jacobians, curve.factorisation)
+        if curve.status is not Status.CONVERGED:
+            message = f"{self.name}: no way to the target: {curve.status} at {100 * curve.parameter:.1f} % of the way"
+            solution = replace(solution, success=False, status=curve.status, message=message)
+        return Branch(solution, curve.folds, float(np.max(curve.parameters)), curve.jacobians)
+
+    def smallest_singular_value(self, solution: Solution, *, exact: bool = True) -> float:
+        """Smallest singular value of the scaled Jacobian: zero at a fold, where derivatives end.
+
+        With ``exact=False`` that of the last Jacobian which Newton factorised on its way to the solution: free.
+        """
+        if exact or solution.factorisation is None:
+            return float(svdvals(self._jacobian(solution.scaled, self.vector(solution.parameters)).full())[-1])
+        lu = solution.factorisation[0]
+        return float(svdvals((np.tril(lu, -1) + np.eye(len(lu))) @ np.triu(lu))[-1])
+
     def vector(self, parameters: Mapping[str, float]) -> np.ndarray:
         """Parameters by name as a vector (n_p,), each present and finite."""
         names = [parameter.name for parameter in self.parameters]
@@ -241,11 +248,8 @@ class ResidualSystem:
         if status is Status.CONVERGED:
             return f"{self.name}: converged in {iterations} iterations"
         lower, upper = self.bounds
-        active = [
-            u.name
-            for u, v, lo, hi in zip(self.unknowns, z, lower, upper, strict=True)
-            if v <= lo + 1e-6 or v >= hi - 1e-6
-        ]
+        outside = (z <= lower + 1e-6) | (z >= upper - 1e-6)
+        active = [unknown.name for unknown, out in zip(self.unknowns, outside, strict=True) if out]
         worst = int(np.argmax(np.where(np.isfinite(r), np.abs(r), np.inf)))
         bound = f"; at or beyond its bound: {', '.join(active[:3])}" if active else ""
         return (
