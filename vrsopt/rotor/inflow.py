@@ -5,10 +5,15 @@ the American Helicopter Society 34 (1989); D. A. Peters, C. J. He, same journal 
 
     v(r, psi, t) / (Omega R) = sum_m,n phi_n^m(r) (alpha_n^m(t) cos m psi + beta_n^m(t) sin m psi),
 
-with M alpha* + L^-1 V alpha = tau / 2, the loads tau projected on the same functions. A steady rotor of N_b equal blades
-has states of frequencies 0, N_b, 2 N_b, ... per revolution; the first two are kept. Azimuths are those of the hub (psi =
-0 aft), not of the wind: the wake skew enters as the vector X (cos Delta, sin Delta) = wind in the disc / (V_T +
-|lambda|), X = tan(chi / 2), whose powers are polynomials of the wind. Nothing is singular in hover.
+with M alpha* + L^-1 V alpha = tau / 2 and the loads tau projected on the same functions. Other papers order the
+mass flow as V L^-1; this order, with the disc's mean for the induced flow in V, is the one that agrees with momentum
+theory annulus by annulus. A steady rotor of N_b equal blades has states of frequencies 0, N_b, 2 N_b, ... per
+revolution. The mean and, by choice, the first are kept: N_b stands for what the finite number of blades costs, as
+Prandtl's tip loss does; the full series diverges for blades that are lines.
+
+Azimuths are those of the hub (psi = 0 aft), not of the wind: the wake skew enters as the vector X (cos Delta, sin
+Delta) = wind in the disc / (V_T + |lambda|), X = tan(chi / 2), whose powers are polynomials of the wind, so that
+nothing is singular in hover.
 """
 
 from __future__ import annotations
@@ -22,6 +27,8 @@ import casadi as ca
 import numpy as np
 
 State = tuple[int, int]  # (harmonic m, shape n)
+
+WAKE_CURVATURE = 1.5  # K_R, inflow gradient per angular velocity of the disc in hover
 
 
 def states(highest_harmonic: int = 3, highest_shape: int = 4) -> tuple[tuple[State, ...], tuple[State, ...]]:
@@ -49,14 +56,18 @@ def norm(m: int, n: int) -> float:
     )
 
 
+def shape_polynomial(m: int, n: int) -> np.ndarray:
+    """Coefficients (n,) of phi_n^m in rising powers of the radius over R."""
+    powers = np.zeros(n)
+    for q in range(m, n, 2):
+        powers[q] = (-1) ** ((q - m) // 2) * double_factorial(n + q)
+        powers[q] /= double_factorial(q - m) * double_factorial(q + m) * double_factorial(n - q - 1)
+    return np.asarray(sqrt((2 * n + 1) * norm(m, n)) * powers)
+
+
 def radial_shape(m: int, n: int, radius: np.ndarray) -> np.ndarray:
     """phi_n^m at radii over R (E,)."""
-    total = np.zeros_like(radius)
-    for q in range(m, n, 2):
-        total = total + radius**q * (-1) ** ((q - m) // 2) * double_factorial(n + q) / (
-            double_factorial(q - m) * double_factorial(q + m) * double_factorial(n - q - 1)
-        )
-    return sqrt((2 * n + 1) * norm(m, n)) * total
+    return np.asarray(np.polynomial.polynomial.polyval(radius, shape_polynomial(m, n)))
 
 
 def coupling(r: int, j: int, m: int, n: int) -> float:
@@ -90,18 +101,21 @@ class Inflow:
     def at(
         cls,
         radius: np.ndarray,
-        weight: np.ndarray | None = None,
-        azimuth: np.ndarray | None = None,
+        weight: np.ndarray,
+        azimuth: np.ndarray,
         *,
-        blades: int = 4,
+        blades: int,
         highest_harmonic: int = 3,
         highest_shape: int = 4,
         blade_passage: bool = False,
     ) -> Inflow:
-        """States up to the given harmonic and shape on a grid of radii and quadrature weights over R and azimuths."""
+        """States up to the given harmonic and shape on a grid of radii and quadrature weights over R and azimuths.
+
+        With ``blade_passage`` at least up to the harmonic of the number of blades: in hover only that one feels it.
+        """
+        if blade_passage:
+            highest_harmonic, highest_shape = max(highest_harmonic, blades), max(highest_shape, blades + 1)
         cosine, sine = states(highest_harmonic, highest_shape)
-        weight = np.zeros_like(radius) if weight is None else weight
-        azimuth = np.zeros(1) if azimuth is None else azimuth
         return cls(cosine, sine, radius, weight, azimuth, blades, blade_passage)
 
     @property
@@ -145,6 +159,15 @@ class Inflow:
         return np.asarray((self._shapes * np.tile(self.weight, len(self.azimuth))[:, None]).T * share[:, None])
 
     @cached_property
+    def _disc_mean(self) -> np.ndarray:
+        """Mean over the disc of every mean state's shape (n,): 2 int phi r dr for the axisymmetric ones."""
+        means = np.zeros(self.mean_size)
+        for k, (m, n) in enumerate(self.cosine):
+            if m == 0:
+                means[k] = np.sum(2 * shape_polynomial(m, n) / (np.arange(n) + 2))
+        return means
+
+    @cached_property
     def _influence(self) -> np.ndarray:
         """L = sum over k of Re z^k P_k + Im z^k Q_k, z the skew vector: P and Q (2, highest power + 1, n, n).
 
@@ -176,8 +199,8 @@ class Inflow:
         return ca.reshape(ca.mtimes(ca.DM(self._shapes), state), len(self.radius), len(self.azimuth))
 
     def mean(self, state: Any) -> Any:
-        """Mean induced inflow ratio."""
-        return sqrt(3.0) * state[0]
+        """Induced inflow ratio, mean over the disc and the revolution: sqrt(C_T / 2) in hover."""
+        return ca.dot(ca.DM(self._disc_mean), state[: self.mean_size])
 
     def skew(self, state: Any, wind: Any) -> Any:
         """X = tan(chi / 2) of the wake, from the wind (aft, right, up) over tip speed."""
@@ -188,7 +211,7 @@ class Inflow:
         """V alpha + L M alpha* - L tau / 2 of every state (size,).
 
         load: F_z / (rho Omega^2 R^3) of one blade (E, N). wind: air velocity relative to the hub (aft, right, up) over
-        tip speed.
+        tip speed. hub_rate: angular velocity of the hub over Omega (about aft, right), bends the wake if ``curvature``.
         """
         n = self.mean_size
         total, other, along, across = self._flow(state, wind)
@@ -196,6 +219,8 @@ class Inflow:
         L = self._influence_at(along, across)
         tau = ca.mtimes(ca.DM(self._projection), ca.reshape(load, -1, 1))
         mean = V * state[:n] - ca.mtimes(L, tau[:n]) / 2
+        if curvature:
+            mean -= other * self._curvature(self.mean(state) / total, along, across, hub_rate)
         if not self.blade_passage:
             return mean
         mass = self.blades * ca.DM([2 * norm(*s) / pi for s in self.cosine + self.sine])
@@ -205,6 +230,31 @@ class Inflow:
             V * cosine + ca.mtimes(L, mass * sine - tau[n : 2 * n] / 2),
             V * sine - ca.mtimes(L, mass * cosine + tau[2 * n :] / 2),
         )
+
+    def _curvature(self, ratio: Any, along: Any, across: Any, hub_rate: Any) -> Any:
+        """Change of the states (n,) by the curvature of the wake of a rotating hub; ``ratio`` is lambda_m / V_T.
+
+        J. Zhao, J. V. R. Prasad, D. A. Peters, "Rotor dynamic wake distortion model for helicopter maneuvering flight",
+        Journal of the American Helicopter Society 49 (2004), of whose influence matrix the column of thrust is kept,
+        gradient = K_R (kappa / 2) C_T (1 -+ 3/2 X^2) / V_T along and across the wind; K_R = 1.5 by the vortex tube of
+        J. D. Keller, same journal 41 (1996). A nose-up rate lowers the back of the disc onto its wake: the vortices
+        lie closer there and further apart in front, so the inflow grows at the back by K_R q / Omega in hover. The
+        curvature is kappa = rate / V_T, so that it fades with speed; the axial flow, by which the source divides, would
+        make it grow without limit in fast level flight.
+        """
+        # Downward velocity of the disc's edge is c cos psi + s sin psi.
+        c, s = hub_rate[1], -hub_rate[0]
+        double_cos, double_sin = along**2 - across**2, 2 * along * across
+        gradient = (
+            c - 1.5 * (double_cos * c + double_sin * s),
+            s - 1.5 * (double_sin * c - double_cos * s),
+        )
+        change = ca.vertcat(*gradient) * WAKE_CURVATURE * ratio / shape_polynomial(1, 2)[1]
+        rows = ca.DM(self.mean_size, 2)
+        if (1, 2) in self.sine:
+            rows[self.cosine.index((1, 2)), 0] = 1
+            rows[len(self.cosine) + self.sine.index((1, 2)), 1] = 1
+        return ca.mtimes(rows, change)
 
     def _flow(self, state: Any, wind: Any) -> tuple[Any, Any, Any, Any]:
         """Mass-flow parameters V_T of the uniform and V of the other states, and the skew vector (aft, right)."""
@@ -228,29 +278,3 @@ class Inflow:
         n = self.mean_size
         flat = self._influence.transpose(3, 2, 0, 1).reshape(n * n, -1)
         return ca.reshape(ca.mtimes(ca.sparsify(ca.DM(flat)), ca.vertcat(*real, *imaginary)), n, n)
-
-    # -- of the former response ------------------------------------------------------------------------------------
-
-    @property
-    def cosine_shapes(self) -> np.ndarray:
-        return np.column_stack([radial_shape(m, n, self.radius) for m, n in self.cosine])
-
-    @property
-    def sine_shapes(self) -> np.ndarray:
-        return np.column_stack([radial_shape(m, n, self.radius) for m, n in self.sine])
-
-    def influence(self, skew: Any) -> tuple[Any, Any]:
-        """Matrices L of the cosine and the sine states as expressions of X = tan(chi / 2)."""
-        L, k = self._influence_at(skew, 0.0), len(self.cosine)
-        return L[:k, :k], L[k:, k:]
-
-    def mass_flow(self, advance_ratio: Any, inflow: Any, mean_induced: Any) -> tuple[Any, Any, Any]:
-        total = ca.sqrt(advance_ratio**2 + inflow**2 + 1e-8)
-        other = (advance_ratio**2 + (inflow + mean_induced) * inflow) / total
-        skew = advance_ratio / (total + ca.sqrt(inflow**2 + 1e-8))
-        cosine = ca.vertcat(*[total if state == (0, 1) else other for state in self.cosine])
-        return cosine, ca.repmat(other, len(self.sine), 1), skew
-
-    @property
-    def mean_weight(self) -> float:
-        return sqrt(3.0)
