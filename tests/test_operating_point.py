@@ -10,7 +10,8 @@ from scipy.stats import qmc
 from vrsopt.aircraft import load_aircraft
 from vrsopt.errors import InputError
 from vrsopt.limits import LIMIT_NAMES, Limits
-from vrsopt.operating_point import OperatingPoint, helicopter, trim
+from vrsopt.helicopter import helicopter, trim
+from vrsopt.operating_point import OperatingPoint
 from vrsopt.residual import TOLERANCE
 
 MACHINE = helicopter("bo105")

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from vrsopt.aircraft import Aircraft, load_aircraft
     from vrsopt.errors import InputError, NoSolutionError
     from vrsopt.mission.file import Mission, read_mission
-    from vrsopt.operating_point import OperatingPoint, trim
+    from vrsopt.helicopter import trim
+    from vrsopt.operating_point import OperatingPoint
     from vrsopt.schedule.compare import solve
     from vrsopt.schedule.comparison import Comparison
     from vrsopt.solvers.status import Status

@@ -61,7 +61,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from vrsopt import __version__
         from vrsopt.aircraft import data_hash, load_aircraft
-        from vrsopt.operating_point import MODEL_VERSION
+        from vrsopt.helicopter import MODEL_VERSION
         from vrsopt.turboshaft.data import load_engine
 
         aircraft = load_aircraft()
@@ -91,8 +91,12 @@ def trim(
         float | None, _number("Blade twist, deg, washout positive.", show_default="the aircraft's")
     ] = None,
     climb_angle_deg: Annotated[float, _number("Flight-path angle, deg.")] = 0.0,
-    load_factor: Annotated[float, _number("Load factor of a turn.")] = 1.0,
+    load_factor: Annotated[float, _number("Load factor of a coordinated turn.")] = 1.0,
     isa_offset: IsaOffset = 0.0,
+    hub_height: Annotated[
+        float | None, _number("Height of the hub above the ground, m.", show_default="far away")
+    ] = None,
+    cg_shift: Annotated[float, _number("Centre of gravity forward of the reference, m.")] = 0.0,
     aircraft: Annotated[str, typer.Option(help="Shipped aircraft or TOML file.")] = "bo105",
     as_json: AsJson = False,
 ) -> int:
@@ -105,8 +109,8 @@ def trim(
       vrsopt trim --mass 2200 --altitude 500 --speed 20 --rotor-speed-percent 90
     """
     from vrsopt.aircraft import load_aircraft
-    from vrsopt.operating_point import ALLOWED
-    from vrsopt.operating_point import trim as trimmed
+    from vrsopt.helicopter import ALLOWED
+    from vrsopt.helicopter import trim as trimmed
 
     data = load_aircraft(aircraft)
     ratio = converted("trim: rotor_speed_percent", rotor_speed_percent, per=PERCENT, allowed=ALLOWED["rotor_speed"])
@@ -123,6 +127,8 @@ def trim(
         climb_angle=slope,
         load_factor=load_factor,
         isa_offset=isa_offset,
+        hub_height=hub_height,
+        cg_shift=cg_shift,
         aircraft=data,
     )
     if as_json:

@@ -14,40 +14,45 @@ import numpy as np
 
 from vrsopt.aircraft import Aircraft
 from vrsopt.atmosphere import GRAVITY, standard_air
-from vrsopt.equilibrium import FLAP_SCALE
 from vrsopt.errors import NoSolutionError
 from vrsopt.residual import Named, ResidualSystem, Unknown
-from vrsopt.rotor.response import Discretisation, RotorModel
+from vrsopt.rotor.fidelity import Fidelity
+from vrsopt.rotor.response import RotorModel, RotorState
 from vrsopt.rotor.tail_rotor import symmetric_section, tail_rotor_loads
 
 
 @cache
 def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
-    """Zero thrust in still air: unknowns are the collective and the steady flap; outputs the two rotor powers [W].
+    """Zero thrust in still air: unknowns are collective and steady deflection, outputs the two rotor powers [W].
 
     Parameters: altitude [m], isa_offset [K], rotor_speed [rad/s], twist [rad].
     """
     rotor = aircraft.main_rotor
-    model = RotorModel(rotor, Discretisation(harmonics=1, azimuths=4))  # nothing varies around the azimuth
-    modes = model.discretisation.flap_modes
+    # nothing varies around the azimuth
+    model = RotorModel(rotor, Fidelity(harmonics=1, azimuths=4, dynamic_stall=False, wake_curvature=False))
+    blade = model.blade
+    modes = len(blade.names)
     names = ("altitude", "isa_offset", "rotor_speed", "twist")
     x, p = ca.MX.sym("x", 1 + modes), ca.MX.sym("p", len(names))
     altitude, isa_offset, rotor_speed, twist = ca.vertsplit(p)
     air = standard_air(altitude, isa_offset)
-    still = (np.zeros(len(model.inflow.cosine)), np.zeros(len(model.inflow.sine)))
-    response = model.response(
-        flap=ca.horzcat(x[1:], ca.MX.zeros(modes, 2)),
-        inflow=(ca.MX(still[0]), ca.MX(still[1])),
+    state = RotorState(
+        blade=ca.horzcat(x[1:], ca.MX.zeros(modes, blade.harmonics.size - 1)),
+        inflow=ca.MX.zeros(model.inflow.size),
         collective=x[0],
         lateral_cyclic=0.0,
         longitudinal_cyclic=0.0,
         twist=twist,
         rotor_speed=rotor_speed,
         wind=ca.MX.zeros(3),
+        hub_rate=ca.MX.zeros(3),
+        specific_force=ca.DM([0, 0, GRAVITY]),
+        ground_proximity=0.0,
         air=air,
         induced_power_factor=1.0,
         section_drag_level=rotor.section_drag_level,
     )
+    response = model.response(state)
     tail: Any = tail_rotor_loads(
         aircraft.tail_rotor,
         symmetric_section(rotor.section),
@@ -59,12 +64,11 @@ def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
         air=air,
         drag_level=rotor.section_drag_level,
     )
-    load = 0.1 * rotor.nominal_rotor_speed**2 * rotor.radius**2
     return ResidualSystem(
         name="flat pitch",
         unknowns=(
             Unknown("collective", "rad", 0.1, -0.35, 0.35, 0.0),
-            *(Unknown(f"flap{i + 1}", "m", FLAP_SCALE[i]) for i in range(modes)),
+            *(Unknown(n, "-", scale) for n, scale in zip(blade.names, blade.scales, strict=True)),
         ),
         parameters=(
             Named("altitude", "m"),
@@ -74,12 +78,12 @@ def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
         ),
         residuals=(
             Named("thrust", "N", aircraft.loading.reference_mass * GRAVITY),
-            *(Named(f"equation of flap{i + 1}", "N", load) for i in range(modes)),
+            *(Named(f"equation of {n}", "-", s) for n, s in zip(blade.names, blade.equation_scales, strict=True)),
         ),
         outputs=(Named("main_rotor_power", "W"), Named("tail_rotor_power", "W")),
         x=x,
         p=p,
-        r=ca.vertcat(response.loads.force[2], response.flap_residual[:: model.coefficient_count]),
+        r=ca.vertcat(response.loads.force[2], response.blade_residual[:: blade.harmonics.size]),
         y=ca.vertcat(response.loads.power, tail.power),
     )
 

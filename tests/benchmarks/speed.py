@@ -17,7 +17,7 @@ import numpy as np
 from vrsopt.equilibrium import calibrated_constants, trim_system
 from vrsopt.mission.file import read_mission
 from vrsopt.mission.profile import Profile
-from vrsopt.operating_point import helicopter
+from vrsopt.helicopter import helicopter
 from vrsopt.schedule.compare import SurrogateAircraft, _shipped, solve
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash

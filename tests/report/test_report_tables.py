@@ -2,7 +2,7 @@
 
 import re
 
-from vrsopt.operating_point import SIMPLIFICATIONS
+from vrsopt.schedule.comparison import SIMPLIFICATIONS
 from vrsopt.report.tables import HEADINGS, footer, label, remarks, summary_rows, summary_text
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vrsopt.errors import InputError
-from vrsopt.operating_point import MODEL_VERSION
+from vrsopt.helicopter import MODEL_VERSION
 from vrsopt.residual import TOLERANCE
 from vrsopt.surrogate import store
 from vrsopt.surrogate.database import Database

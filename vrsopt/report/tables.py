@@ -12,7 +12,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from vrsopt.operating_point import SIMPLIFICATIONS
+from vrsopt.schedule.comparison import SIMPLIFICATIONS
 
 if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison, ScheduleResult

@@ -1,8 +1,9 @@
 """Periodic response and loads of the main rotor by harmonic balance, as CasADi expressions.
 
-The flap displacement of a blade is w(r, psi) = sum_i phi_i(r) q_i(psi), each q_i a Fourier series of N_h harmonics. The
-modal equations are projected on the same harmonics at N azimuths (Galerkin), which makes the periodic response a set of
-algebraic equations; there is no time marching. Hub frame: x aft, y right, z up; psi = 0 aft, counter-clockwise.
+Flap, lag and torsion of a blade are Fourier series of N_h harmonics of their modal coordinates. The modal equations are
+projected on the same harmonics at N azimuths (Galerkin), the lags of the unsteady section and of the wake are solved
+exactly for periodic motion: the response is a set of algebraic equations and nothing is marched in time. Hub frame: x
+aft, y right, z up; psi = 0 aft, counter-clockwise; e_r outward, e_psi along the blade's motion.
 
 W. Johnson, Rotorcraft Aeromechanics (2013), for the velocities, loads and mean hub reactions used here.
 """
@@ -17,20 +18,60 @@ import casadi as ca
 import numpy as np
 
 from vrsopt.aircraft import MainRotor
-from vrsopt.atmosphere import GRAVITY, Air
-from vrsopt.rotor.airfoil import Airfoil
-from vrsopt.rotor.blade import FlapModes, flap_modes
+from vrsopt.atmosphere import Air
+from vrsopt.rotor.blade_dynamics import BladeDynamics, Motion
+from vrsopt.rotor.dynamic_stall import unsteady_blade_loads
+from vrsopt.rotor.fidelity import Fidelity
+from vrsopt.rotor.ground import ground_factor
 from vrsopt.rotor.inflow import Inflow
+from vrsopt.rotor.section_loads import SectionLoads, blade_loads
 
 
 @dataclass(frozen=True)
-class Discretisation:
-    """Resolution of the periodic response; the defaults give power to 0.1 %."""
+class RotorState:
+    """What the rotor is asked to do; numbers or expressions.
 
-    harmonics: int = 4
-    azimuths: int = 36
-    stations: int = 12
-    flap_modes: int = 3
+    blade: modal Fourier coefficients (n_modes, n_coefficients); inflow: states (n_inflow,). Pitch angles in rad:
+    root pitch = collective + lateral_cyclic cos psi + longitudinal_cyclic sin psi at three quarters of the radius,
+    twist positive washout. wind: air velocity relative to the hub (aft, right, up) [m/s]. hub_rate: angular velocity of
+    the hub about the same axes [rad/s]. specific_force: acceleration minus gravity there [m/s2]. ground_proximity:
+    rotor radius over height of the hub above ground, 0 far from it.
+    """
+
+    blade: Any
+    inflow: Any
+    collective: Any
+    lateral_cyclic: Any
+    longitudinal_cyclic: Any
+    twist: Any
+    rotor_speed: Any
+    wind: Any
+    hub_rate: Any
+    specific_force: Any
+    ground_proximity: Any
+    air: Air
+    induced_power_factor: Any
+    section_drag_level: Any
+
+
+@dataclass(frozen=True)
+class Elements:
+    """What the blade elements feel, (E, N) each: velocities of the air against their motion, upward and outward [m/s],
+    pitch [rad] and its rate [rad/s], induced velocity [m/s, down]; ``root_pitch`` (1, N).
+
+    The directions are those of the deflected blade with slopes w' and v': outward e_r + v' e_psi + w' e_z, along
+    e_psi - v' e_r, and up e_z - w' e_r - w' v' e_psi, to second order; loads go back by the same rotation, so that no
+    work is lost between them.
+    """
+
+    tangential: Any
+    upward: Any
+    outward: Any
+    pitch: Any
+    pitch_rate: Any
+    induced: Any
+    root_pitch: Any
+    motion: Motion
 
 
 @dataclass(frozen=True)
@@ -39,7 +80,8 @@ class HubLoads:
 
     force: aft, right, up [N]; moment about the hub: about the aft, right and up axes [N m]; power [W].
     induced_power: work of the lift against the induced velocity [W]. profile_power: drag of the sections times the
-    velocity they feel [W]. Shaft power = induced + profile - force . wind, up to the work of structural damping.
+    velocity they feel [W]. Shaft power = induced + profile - force . wind, up to the work of structural damping and of
+    the blade's own pitching.
     """
 
     force: Any
@@ -53,8 +95,8 @@ class HubLoads:
 class Response:
     """Residuals and results of the periodic response as expressions of its unknowns."""
 
-    flap_residual: Any  # (n_modes * n_coefficients,), N (generalised force)
-    inflow_residual: Any  # (n_cosine + n_sine,), dimensionless
+    blade_residual: Any  # (n_modes * n_coefficients,), generalised force
+    inflow_residual: Any  # (n_inflow,), dimensionless
     loads: HubLoads
     wind: Any  # air velocity relative to the hub, as given
     advance_ratio: Any
@@ -63,224 +105,144 @@ class Response:
 
 
 class RotorModel:
-    """Main rotor with fixed discretisation; builds expressions for any operating state."""
+    """Main rotor with fixed fidelity; builds expressions for any operating state."""
 
-    def __init__(self, rotor: MainRotor, discretisation: Discretisation | None = None) -> None:
+    def __init__(self, rotor: MainRotor, fidelity: Fidelity | None = None) -> None:
         self.rotor = rotor
-        self.discretisation = discretisation or Discretisation()
-        points, weights = np.polynomial.legendre.leggauss(self.discretisation.stations)
+        self.fidelity = fidelity or Fidelity()
+        points, weights = np.polynomial.legendre.leggauss(self.fidelity.stations)
         inner, outer = rotor.root_cutout * rotor.radius, rotor.radius
         self.radius = inner + (points + 1) / 2 * (outer - inner)  # (E,)
         self.weight = weights / 2 * (outer - inner)  # (E,) quadrature weights, m
-        self.azimuth = 2 * np.pi * np.arange(self.discretisation.azimuths) / self.discretisation.azimuths  # (N,)
-        self.modes: FlapModes = flap_modes(
-            rotor.blade, rotor_speed=rotor.nominal_rotor_speed, count=self.discretisation.flap_modes
+        self.blade = BladeDynamics(rotor, self.fidelity, self.radius, self.weight)
+        self.azimuth = self.blade.harmonics.azimuth
+        self.inflow = Inflow.at(
+            self.radius / rotor.radius,
+            self.weight / rotor.radius,
+            self.azimuth,
+            blades=rotor.blades,
+            highest_harmonic=self.fidelity.highest_harmonic,
+            highest_shape=self.fidelity.highest_shape,
+            blade_passage=self.fidelity.blade_passage,
         )
-        self.inflow = Inflow.at(self.radius / rotor.radius)
-        harmonic = np.arange(1, self.discretisation.harmonics + 1)
-        waves = [np.ones_like(self.azimuth)]
-        for k in harmonic:
-            waves += [np.cos(k * self.azimuth), np.sin(k * self.azimuth)]
-        self.fourier = np.array(waves)  # (n_c, N): 1, cos psi, sin psi, cos 2 psi, ...
-        order = np.repeat(harmonic, 2)
-        self.order_squared = np.concatenate([[0], order**2])
-        self.projection = np.linalg.pinv(self.fourier)  # (N, n_c)
-        self.rate = _derivative(harmonic) @ self.fourier  # d(fourier)/d(psi)
+        self.cos, self.sin = (ca.DM(wave(self.azimuth)).T for wave in (np.cos, np.sin))  # (1, N)
 
-    @property
-    def coefficient_count(self) -> int:
-        """Number of Fourier coefficients of one mode."""
-        return len(self.fourier)
-
-    def response(
-        self,
-        *,
-        flap: Any,
-        inflow: tuple[Any, Any],
-        collective: Any,
-        lateral_cyclic: Any,
-        longitudinal_cyclic: Any,
-        twist: Any,
-        rotor_speed: Any,
-        wind: Any,
-        air: Air,
-        induced_power_factor: Any,
-        section_drag_level: Any,
-    ) -> Response:
-        """Expressions of residuals and loads.
-
-        flap: modal coefficients (n_modes, n_coefficients), m. inflow: cosine and sine states. Pitch angles in rad:
-        theta = collective + lateral_cyclic cos psi + longitudinal_cyclic sin psi - twist (r/R - 0.75).
-        wind: air velocity relative to the hub (aft, right, up), m/s.
-        """
-        rotor, cos, sin = self.rotor, self.fourier[1], self.fourier[2]
-        R, Omega, ones = rotor.radius, rotor_speed, np.ones_like(self.azimuth)
-        column = np.ones_like(self.radius)
-        phi, phi_r = self.modes.at(self.radius)
-        w = ca.mtimes([phi, flap, self.fourier])  # (E, N)
-        w_r = ca.mtimes([phi_r, flap, self.fourier]) + radians(rotor.precone)  # slope with precone
-        w_t = Omega * ca.mtimes([phi, flap, self.rate])
-        height = w + radians(rotor.precone) * ca.mtimes(self.radius, ones[None])
-
-        v = induced_power_factor * Omega * R * self._induced(inflow)
-        wind_radial = ca.mtimes(column, ca.DM(cos).T * wind[0] + ca.DM(sin).T * wind[1])
-        U_T = Omega * ca.mtimes(self.radius, ones[None]) + ca.mtimes(
-            column, ca.DM(sin).T * wind[0] - ca.DM(cos).T * wind[1]
+    def response(self, state: RotorState) -> Response:
+        """Expressions of residuals and loads in ``state``."""
+        rotor, Omega = self.rotor, state.rotor_speed
+        tip_speed = Omega * rotor.radius
+        elements = self.elements(state)
+        section = self.section_loads(elements, state)
+        blade_residual = self.blade.residual(
+            state.blade,
+            up=section.up,
+            along=section.along,
+            moment=section.moment,
+            root_pitch=elements.root_pitch,
+            twist=state.twist,
+            rotor_speed=Omega,
+            hub_rate=state.hub_rate,
+            specific_force=state.specific_force,
         )
-        U_P = wind[2] - v - w_t - wind_radial * w_r
-        pitch = ca.mtimes(column, collective + lateral_cyclic * ca.DM(cos).T + longitudinal_cyclic * ca.DM(sin).T)
-        pitch -= twist * ca.mtimes(self.radius / R - 0.75, ones[None])
-
-        F_z, F_t, F_r, dissipation = blade_loads(
-            rotor.section,
-            chord=rotor.chord,
-            velocities=(U_T, U_P, wind_radial),
-            pitch=pitch,
-            air=air,
-            drag_level=section_drag_level,
-        )
-        F_r -= F_z * w_r  # lift is normal to the deflected blade
-
-        C_T_scale = air.density * Omega**2 * R**3
-        return Response(
-            flap_residual=self._flap_residual(flap, F_z, Omega),
-            inflow_residual=self._inflow_residual(inflow, F_z / C_T_scale, wind=wind, tip_speed=Omega * R),
-            loads=self._hub_loads((F_z, F_t, F_r, dissipation), height, v, Omega),
+        wind = state.wind / tip_speed
+        inflow_residual = self.inflow.residual(
+            state.inflow,
+            section.up / (state.air.density * Omega**2 * rotor.radius**3),
             wind=wind,
-            advance_ratio=_in_plane(wind) / (Omega * R),
-            mean_induced=induced_power_factor * self.inflow.mean_weight * inflow[0][0],
-            skew=self._flow(inflow, wind, Omega * R)[2],
+            hub_rate=state.hub_rate[:2] / Omega,
+            curvature=self.fidelity.wake_curvature,
+        )
+        return Response(
+            blade_residual=blade_residual,
+            inflow_residual=inflow_residual,
+            loads=self._hub_loads(section, elements, Omega),
+            wind=state.wind,
+            advance_ratio=_in_plane(wind),
+            mean_induced=self._induced_factor(state) * self.inflow.mean(state.inflow),
+            skew=self.inflow.skew(state.inflow, wind),
         )
 
-    def _induced(self, inflow: tuple[Any, Any]) -> Any:
-        """Induced velocity over tip speed (E, N)."""
-        cosine = [
-            self.inflow.cosine_shapes[:, k : k + 1] @ np.cos(m * self.azimuth)[None]
-            for k, (m, _) in enumerate(self.inflow.cosine)
-        ]
-        sine = [
-            self.inflow.sine_shapes[:, k : k + 1] @ np.sin(m * self.azimuth)[None]
-            for k, (m, _) in enumerate(self.inflow.sine)
-        ]
-        basis = ca.DM(np.array([shape.ravel(order="F") for shape in cosine + sine]).T)
-        flat = ca.mtimes(basis, ca.vertcat(*inflow))
-        return ca.reshape(flat, len(self.radius), len(self.azimuth))
-
-    def _flow(self, inflow: tuple[Any, Any], wind: Any, tip_speed: Any) -> tuple[Any, Any, Any]:
-        mean_induced = self.inflow.mean_weight * inflow[0][0]
-        through = mean_induced - wind[2] / tip_speed
-        return self.inflow.mass_flow(_in_plane(wind) / tip_speed, through, mean_induced)
-
-    def _inflow_residual(self, inflow: tuple[Any, Any], load: Any, *, wind: Any, tip_speed: Any) -> Any:
-        """V alpha - L tau / 2 for the cosine and the sine states; ``load`` (E, N) is F_z / (rho Omega^2 R^3)."""
-        R, blades = self.rotor.radius, self.rotor.blades
-        dr = ca.DM(self.weight / R)
-        flow = self._flow(inflow, wind, tip_speed)
-        residuals = []
-        for states, shapes, wave, values, V, L in (
-            (
-                self.inflow.cosine,
-                self.inflow.cosine_shapes,
-                np.cos,
-                inflow[0],
-                flow[0],
-                self.inflow.influence(flow[2])[0],
-            ),
-            (self.inflow.sine, self.inflow.sine_shapes, np.sin, inflow[1], flow[1], self.inflow.influence(flow[2])[1]),
-        ):
-            tau = []
-            for k, (m, _) in enumerate(states):
-                radial = ca.mtimes((dr * ca.DM(shapes[:, k])).T, load)  # (1, N)
-                share = (0.5 if m == 0 else 1.0) / np.pi * blades / len(self.azimuth)
-                tau.append(share * ca.mtimes(radial, ca.DM(wave(m * self.azimuth))))
-            residuals.append(V * values - 0.5 * ca.mtimes(L, ca.vertcat(*tau)))
-        return ca.vertcat(*residuals)
-
-    def _flap_residual(self, flap: Any, F_z: Any, Omega: Any) -> Any:
-        """M q'' + C q' + (K_b + Omega^2 K_c) q - load, projected on the Fourier functions, mode by mode."""
-        modes = self.modes
-        phi, _ = modes.at(self.radius)
-        load = ca.mtimes(
-            [(ca.DM(phi) * ca.DM(self.weight[:, None] * np.ones((1, phi.shape[1])))).T, F_z, self.projection]
+    def elements(self, state: RotorState) -> Elements:
+        """Velocities and pitch of the blade elements on the grid of radii and azimuths."""
+        rotor, Omega, cos, sin = self.rotor, state.rotor_speed, self.cos, self.sin
+        radius, column = ca.DM(self.radius), ca.DM.ones(len(self.radius))
+        motion = self.blade.motion(state.blade, Omega)
+        induced = self._induced_factor(state) * Omega * rotor.radius * self.inflow.induced(state.inflow)
+        outward = ca.mtimes(column, cos * state.wind[0] + sin * state.wind[1]) + Omega * motion.lag
+        tilt = -sin * state.hub_rate[0] + cos * state.hub_rate[1]  # rate of the hub about e_psi (1, N)
+        tangential = (
+            ca.mtimes((Omega + state.hub_rate[2]) * radius, ca.DM.ones(1, len(self.azimuth)))
+            + ca.mtimes(column, sin * state.wind[0] - cos * state.wind[1])
+            + motion.lag_rate
         )
-        steady = -(Omega**2) * radians(self.rotor.precone) * ca.DM(modes.precone) - GRAVITY * ca.DM(modes.weight)
-        load += ca.mtimes(steady, ca.DM([1] + [0] * (self.coefficient_count - 1)).T)
-        nominal = modes.frequencies(self.rotor.nominal_rotor_speed)
-        damping = 2 * self.rotor.blade.structural_damping * np.diag(nominal * np.diag(modes.mass))
-        acceleration = -(Omega**2) * flap * ca.repmat(ca.DM(self.order_squared).T, flap.shape[0], 1)
-        velocity = Omega * ca.mtimes(flap, self.rate @ self.projection)
-        stiffness = ca.DM(modes.bending) + Omega**2 * ca.DM(modes.centrifugal)
-        residual = (
-            ca.mtimes(modes.mass, acceleration) + ca.mtimes(damping, velocity) + ca.mtimes(stiffness, flap) - load
+        upward = state.wind[2] - induced - motion.flap_rate + ca.mtimes(radius, tilt)
+        w_r, v_r = motion.flap_slope + radians(rotor.precone), motion.lag_slope
+        root_pitch = state.collective + state.lateral_cyclic * cos + state.longitudinal_cyclic * sin
+        pitch_rate = Omega * (state.longitudinal_cyclic * cos - state.lateral_cyclic * sin)
+        twist = ca.mtimes(state.twist * (radius / rotor.radius - 0.75), ca.DM.ones(1, len(self.azimuth)))
+        return Elements(
+            tangential=tangential + v_r * outward,
+            upward=upward - w_r * outward + w_r * v_r * tangential,
+            outward=outward - v_r * tangential + w_r * upward,
+            pitch=ca.mtimes(column, root_pitch) - twist + motion.torsion,
+            pitch_rate=ca.mtimes(column, pitch_rate) + motion.torsion_rate,
+            induced=induced,
+            root_pitch=root_pitch,
+            motion=motion,
         )
-        return ca.reshape(residual.T, -1, 1)
 
-    def _hub_loads(self, blade: tuple[Any, Any, Any, Any], w: Any, v: Any, Omega: Any) -> HubLoads:
-        """Mean over a revolution of the aerodynamic loads at their deflected positions r e_r + w e_z.
+    def section_loads(self, elements: Elements, state: RotorState) -> SectionLoads:
+        """Loads of the sections on the grid, with or without their unsteady part."""
+        common: dict[str, Any] = {
+            "chord": self.rotor.chord,
+            "velocities": (elements.tangential, elements.upward, elements.outward),
+            "pitch": elements.pitch,
+            "air": state.air,
+            "drag_level": state.section_drag_level,
+        }
+        if not self.fidelity.dynamic_stall:
+            return blade_loads(self.rotor.section, **common)
+        return unsteady_blade_loads(
+            self.rotor.section,
+            **common,
+            pitch_rate=elements.pitch_rate,
+            rotor_speed=state.rotor_speed,
+            chord_recovery=self.fidelity.chord_recovery,
+        )
 
-        In steady periodic motion the mean inertial force and moment vanish.
+    def _induced_factor(self, state: RotorState) -> Any:
+        """Induced velocity at the blades over that of the mean inflow states: tip loss and ground."""
+        advance_ratio = _in_plane(state.wind / (state.rotor_speed * self.rotor.radius))
+        near_ground = ground_factor(state.ground_proximity, advance_ratio, self.inflow.mean(state.inflow))
+        return state.induced_power_factor * near_ground
+
+    def _hub_loads(self, section: SectionLoads, elements: Elements, Omega: Any) -> HubLoads:
+        """Mean over a revolution of the aerodynamic loads at their deflected positions r e_r + v e_psi + h e_z.
+
+        In steady periodic motion the mean inertial force and moment of the blades vanish, but for the angular momentum
+        that the hub's own rotation turns, which is the aircraft's matter.
         """
-        F_z, F_t, F_r, dissipation = blade
-        cos, sin = self.fourier[1], self.fourier[2]
-        r = self.radius
+        motion, precone = elements.motion, radians(self.rotor.precone)
+        r = ca.mtimes(ca.DM(self.radius), ca.DM.ones(1, len(self.azimuth)))
+        v, h = motion.lag, motion.flap + precone * r
+        w_r, v_r = motion.flap_slope + precone, motion.lag_slope
+        F_r = section.outward - w_r * section.up - v_r * section.along
+        F_t = section.along + v_r * section.outward - w_r * v_r * section.up
+        F_z = section.up + w_r * section.outward
+        about_r, about_psi, about_z = v * F_z - h * F_t + section.moment, h * F_r - r * F_z, r * F_t - v * F_r
+        cos, sin, ones = self.cos.T, self.sin.T, ca.DM.ones(len(self.azimuth))
         blades_over_azimuths = self.rotor.blades / len(self.azimuth)
 
-        def mean(values: Any, wave: np.ndarray | None = None) -> Any:
-            around = ca.mtimes(ca.DM(self.weight).T, values)  # (1, N)
-            return blades_over_azimuths * ca.mtimes(around, ca.DM(np.ones_like(cos) if wave is None else wave))
+        def mean(values: Any, wave: Any = ones) -> Any:
+            return blades_over_azimuths * ca.mtimes([ca.DM(self.weight).T, values, wave])
 
-        # e_r = (cos, sin, 0), e_psi = (-sin, cos, 0); F_t acts along e_psi
         force = ca.vertcat(mean(F_r, cos) - mean(F_t, sin), mean(F_r, sin) + mean(F_t, cos), mean(F_z))
-        arm = ca.DM(r[:, None] * np.ones((1, len(cos))))
-        out_of_plane = arm * F_z - w * F_r  # along -e_psi
-        torque = arm * F_t
         moment = ca.vertcat(
-            mean(out_of_plane, sin) - mean(w * F_t, cos), -mean(out_of_plane, cos) - mean(w * F_t, sin), mean(torque)
+            mean(about_r, cos) - mean(about_psi, sin), mean(about_r, sin) + mean(about_psi, cos), mean(about_z)
         )
-        return HubLoads(force, moment, -moment[2] * Omega, mean(F_z * v), mean(dissipation))
-
-
-def blade_loads(
-    section: Airfoil, *, chord: float, velocities: tuple[Any, Any, Any], pitch: Any, air: Air, drag_level: Any
-) -> tuple[Any, Any, Any, Any]:
-    """Blade loads per length [N/m] up, along the motion of the blade, and outward, and the power [W/m] its drag takes,
-    on an (E, N) grid of elements.
-
-    velocities: of the air relative to the element, (E, N) each: against its motion U_T, upward U_P, outward U_R.
-    The section feels the velocity normal to the span; the drag along the span is that of the yawed section.
-    """
-    U_T, U_P, U_R = velocities
-    kernel = _kernel(section)
-    shape = U_T.shape
-    elements = shape[0] * shape[1]
-    rows = [ca.reshape(value, 1, elements) for value in (U_T, U_P, U_R, pitch)]
-    common = ca.repmat(ca.vertcat(air.speed_of_sound, 0.5 * air.density * chord, drag_level), 1, elements)
-    loads = kernel.map(elements)(ca.vertcat(*rows), common)
-    return tuple(ca.reshape(loads[k, :], *shape) for k in range(4))
-
-
-def _kernel(section: Airfoil) -> ca.Function:
-    """One element: (U_T, U_P, U_R, pitch), (speed of sound, rho c / 2, drag level) -> (F_z, F_t, F_r, power)."""
-    state, common = ca.SX.sym("state", 4), ca.SX.sym("common", 3)
-    U_T, U_P, U_R, theta = ca.vertsplit(state)
-    speed_of_sound, half_rho_chord, drag_level = ca.vertsplit(common)
-    U = ca.sqrt(U_T**2 + U_P**2 + 4.0)  # 2 m/s keeps the reversed-flow circle regular
-    sine = (U_T * ca.sin(theta) + U_P * ca.cos(theta)) / U
-    cosine = (U_T * ca.cos(theta) - U_P * ca.sin(theta)) / U
-    c_l, c_d = section.coefficients(sine, cosine, U / speed_of_sound, drag_level)
-    dissipation = c_d * (U_T**2 + U_P**2 + U_R**2)
-    loads = half_rho_chord * U * ca.vertcat(c_l * U_T + c_d * U_P, c_l * U_P - c_d * U_T, c_d * U_R, dissipation)
-    return ca.Function("element", [state, common], [loads])
+        return HubLoads(force, moment, -moment[2] * Omega, mean(F_z * elements.induced), mean(section.dissipation))
 
 
 def _in_plane(wind: Any) -> Any:
-    return ca.sqrt(wind[0] ** 2 + wind[1] ** 2 + 1e-6)
-
-
-def _derivative(harmonic: np.ndarray) -> np.ndarray:
-    """Matrix D with d(fourier)/d(psi) = D @ fourier."""
-    size = 1 + 2 * len(harmonic)
-    matrix = np.zeros((size, size))
-    for k in harmonic:
-        matrix[2 * k - 1, 2 * k], matrix[2 * k, 2 * k - 1] = -k, k
-    return matrix
+    """Advance ratio from the wind over the tip speed, rounded at zero over 1e-5 of the tip speed."""
+    return ca.sqrt(wind[0] ** 2 + wind[1] ** 2 + 1e-10)

@@ -13,12 +13,13 @@ from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Profile
-from vrsopt.operating_point import SIMPLIFICATIONS
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.trajectory import Trajectory
 from vrsopt.schedule.verify import PhysicsFlight
+
+SIMPLIFICATIONS = "turns are load factors on the surrogate, turns in the physics; hover is out of ground effect"
 
 
 @dataclass(frozen=True)

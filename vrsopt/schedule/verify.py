@@ -17,7 +17,7 @@ import numpy as np
 from vrsopt.drive_train import engine_power
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import LIMIT_NAMES, Limits
-from vrsopt.operating_point import Helicopter, helicopter
+from vrsopt.helicopter import Helicopter, helicopter
 from vrsopt.residual import Solution
 from vrsopt.schedule.refly import every_second
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
@@ -102,10 +102,10 @@ class PhysicsPilot:
         else:
             trim = self.machine.trim(flight, guess=self.trim)
             if not trim.success:
-                return [], nothing, trim.message
-            self.trim = trim
-            self.residual_norm = max(self.residual_norm, trim.residual_norm)
-            rotor_power = trim.outputs["main_rotor_power"] + trim.outputs["tail_rotor_power"]
+                return [], nothing, trim.reason or trim.solution.message
+            self.trim = trim.solution
+            self.residual_norm = max(self.residual_norm, trim.solution.residual_norm)
+            rotor_power = trim.power
         flows, usages = [], []
         for rate in rates:
             kinetic = self.inertia * flight["rotor_speed"] * rate
@@ -117,7 +117,7 @@ class PhysicsPilot:
             self.residual_norm = max(self.residual_norm, engine.residual_norm)
             flows.append(aircraft.transmission.engines * engine.outputs["fuel_flow"])
             if not idle:
-                usages.append(list(self.machine.usages(flight, trim, engine, power, self.limits).values()))
+                usages.append(list(self.machine.usages(flight, trim.solution, engine, power, self.limits).values()))
         return flows, np.max(usages, axis=0) if usages else nothing, ""
 
     def _judged(

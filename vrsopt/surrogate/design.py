@@ -14,7 +14,7 @@ from typing import Any
 
 from vrsopt.aircraft import data_hash
 from vrsopt.limits import Limits
-from vrsopt.operating_point import MODEL_VERSION, helicopter
+from vrsopt.helicopter import MODEL_VERSION, helicopter
 from vrsopt.surrogate.database import PointRecord
 from vrsopt.surrogate.sampling import Sampling
 from vrsopt.surrogate.sampling import sample as sample_points
@@ -90,12 +90,12 @@ def evaluate(inputs: Mapping[str, float]) -> PointRecord:
     residual, iterations = point.residual_norm, point.iterations
     for name, sign in (("climb_rotor_power", 1.0), ("descent_rotor_power", -1.0)):
         slope = sign * math.asin(reference_climb_sine(inputs["speed"]))
-        solution = machine.trim({**level, "climb_angle": slope}, guess=point.solution)
+        trim = machine.trim({**level, "climb_angle": slope}, guess=point.solution)
+        solution, rotor_power = trim.solution, trim.power
         iterations += solution.iterations
-        rotor_power = solution.outputs["main_rotor_power"] + solution.outputs["tail_rotor_power"]
         tail = limits.tail_usage(solution.outputs["tail_blade_loading"], inputs["rotor_speed"], inputs["speed"])
         power = limits.power_usage(machine.aircraft.transmission.power_per_engine(rotor_power))
-        if solution.success and tail <= 1.0 and power <= 1.0:
+        if trim.success and tail <= 1.0 and power <= 1.0:
             outputs[name] = rotor_power
             residual = max(residual, solution.residual_norm)
     return PointRecord(outputs, point.classification, point.reason, iterations, residual)

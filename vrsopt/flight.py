@@ -1,0 +1,36 @@
+"""Flight condition as users give it, and as the trim's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import cos, sqrt
+
+from vrsopt.aircraft import Aircraft
+from vrsopt.atmosphere import GRAVITY
+from vrsopt.equilibrium import calibrated_constants
+from vrsopt.errors import InputError
+
+LEAST_TURN_SPEED = 1.0  # m/s: below, a load factor is no turn
+
+
+def turn_rate(load_factor: float, speed: float, climb_angle: float = 0.0) -> float:
+    """Rate of turn [rad/s], to the right, of a steady coordinated turn: tan(bank) = rate V cos(climb) / g.
+
+    Its derivative by the load factor is infinite at one: a turn begins with the square root of the extra load.
+    Raises :class:`InputError` for a load factor below one, or above one without the speed to turn.
+    """
+    if load_factor == 1.0:
+        return 0.0
+    if load_factor < 1.0:
+        raise InputError(f"load_factor = {load_factor:g}: at least 1, which is straight flight")
+    if speed < LEAST_TURN_SPEED:
+        raise InputError(f"load_factor = {load_factor:g}: a turn needs a speed of at least {LEAST_TURN_SPEED:g} m/s")
+    return GRAVITY * sqrt(load_factor**2 - 1) / (speed * cos(climb_angle))
+
+
+def trim_parameters(aircraft: Aircraft, flight: Mapping[str, float]) -> dict[str, float]:
+    """Parameters of the trim at ``flight``: mass, altitude, isa_offset, speed, climb_angle, load_factor, rotor_speed,
+    twist, and where it matters ground_proximity and cg_shift (SI units; both 0 if absent)."""
+    rest = {name: value for name, value in flight.items() if name != "load_factor"}
+    rate = turn_rate(flight["load_factor"], flight["speed"], flight["climb_angle"])
+    return {"ground_proximity": 0.0, "cg_shift": 0.0, **rest, "turn_rate": rate, **calibrated_constants(aircraft)}
