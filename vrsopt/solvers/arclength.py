@@ -34,8 +34,8 @@ class CurveResult:
 
     ``folds``: parameter at the folds between the start and the end, in their order, by interpolation. ``parameters``
     (m,) and ``points`` (m, n): the points found on the curve, the start first. ``jacobians``: the effort.
-    ``factorisation``: of r_z near the root. Other ends: OUT_OF_BOUNDS where ``admissible`` no longer held, INFEASIBLE when the curve came back to the
-    parameter it started from, ITERATION_LIMIT when the effort was spent.
+    ``factorisation``: of r_z near the root. Other ends: OUT_OF_BOUNDS where ``admissible`` no longer held, INFEASIBLE
+    when the curve came back to the parameter it started from, ITERATION_LIMIT when the effort was spent.
     """
 
     root: np.ndarray
