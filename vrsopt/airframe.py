@@ -6,6 +6,7 @@ cut behind the aircraft either.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, radians, sin
@@ -26,7 +27,7 @@ NEAR, FAR = cos(radians(15.0)), cos(radians(25.0))  # polynomials within the fir
 STALL_WIDTH = 0.02  # of the hand-over from attached to separated flow, in the cosine of the angle
 SATURATION = 8  # exponent of the lift's largest value: 0.05 % off the attached line at half of it
 
-Vector = tuple[Any, Any, Any]
+Vector = Sequence[Any]  # forward, right, down
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class AirframeLoads:
 def airframe_loads(
     aircraft: Aircraft,
     *,
-    velocity: tuple[Any, ...],
+    velocity: Vector,
     air: Air,
     downwash: Any,
     parasite_area: Any,
@@ -165,14 +166,14 @@ def _surface(surface: Surface, forward: Any, against: Any, air: Air) -> tuple[An
     forward: its velocity forward; against: its velocity against that lift, so that positive is a positive angle of
     attack [m/s]. Attached: lift slope times the sine of the angle, up to the largest lift, normal to the flow; its
     drag belongs to the parasite area. Separated: the normal force of a plate, proportional to the sine of the angle,
-    which is a lift like sin 2 alpha. The hand-over is half-way at 1.5 times the angle of stall.
+    which is a lift like sin 2 alpha. The hand-over is half-way at 1.7 times the angle of stall.
     """
     speed = ca.sqrt(forward**2 + against**2 + STILL)
     c_i, s_i = cos(radians(surface.incidence)), sin(radians(surface.incidence))
     sine = (against * c_i + forward * s_i) / speed
     cosine = (forward * c_i - against * s_i) / speed
     stall = surface.largest_lift / surface.lift_slope
-    attached = logistic((cosine - cos(1.5 * stall)) / STALL_WIDTH)
+    attached = logistic((cosine - cos(1.7 * stall)) / STALL_WIDTH)
     ratio = sine / stall
     lift = attached * surface.largest_lift * ratio / (1 + ratio**SATURATION) ** (1 / SATURATION)
     plate = (1 - attached) * surface.plate_normal_force * sine

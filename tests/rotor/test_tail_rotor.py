@@ -6,6 +6,7 @@ import pytest
 
 import vrsopt.rotor.tail_rotor as module
 from vrsopt.aircraft import TailRotor, load_aircraft
+from vrsopt.airframe import airframe_loads, local_velocity
 from vrsopt.atmosphere import standard_air
 from vrsopt.residual import Named, ResidualSystem, Solution, Unknown
 from vrsopt.rotor.section_loads import blade_loads
@@ -19,8 +20,8 @@ OMEGA = 44.4 * TAIL.speed_ratio
 
 
 def isolated(rotor: TailRotor = TAIL) -> ResidualSystem:
-    """Inflow and teeter at given collective and speed."""
-    x, p = ca.MX.sym("x", 3), ca.MX.sym("p", 2)
+    """Inflow and teeter at given collective, speed and axial speed."""
+    x, p = ca.MX.sym("x", 3), ca.MX.sym("p", 3)
     loads = tail_rotor_loads(
         rotor,
         SECTION,
@@ -31,6 +32,7 @@ def isolated(rotor: TailRotor = TAIL) -> ResidualSystem:
         speed=p[1],
         air=AIR,
         drag_level=0.0088,
+        axial_speed=p[2],
     )
     return ResidualSystem(
         name="tail",
@@ -39,18 +41,19 @@ def isolated(rotor: TailRotor = TAIL) -> ResidualSystem:
             Unknown("teeter cos", "rad", 0.05),
             Unknown("teeter sin", "rad", 0.05),
         ),
-        parameters=(Named("collective", "rad"), Named("speed", "m/s")),
+        parameters=(Named("collective", "rad"), Named("speed", "m/s"), Named("axial speed", "m/s")),
         residuals=(Named("inflow", scale=0.005), Named("cos", "N m", 200.0), Named("sin", "N m", 200.0)),
-        outputs=(Named("thrust", "N"), Named("power", "W"), Named("drag", "N")),
+        outputs=(Named("thrust", "N"), Named("power", "W"), Named("drag", "N"), Named("loading")),
         x=x,
         p=p,
         r=ca.vertcat(loads.inflow_residual, loads.teeter_residual),
-        y=ca.vertcat(loads.thrust, loads.power, loads.drag),
+        y=ca.vertcat(loads.thrust, loads.power, loads.drag, loads.thrust_over_solidity),
     )
 
 
-def solved(collective: float, speed: float, rotor: TailRotor = TAIL) -> Solution:
-    solution = isolated(rotor).solve({"collective": collective, "speed": speed}, method="newton")
+def solved(collective: float, speed: float, rotor: TailRotor = TAIL, *, axial_speed: float = 0.0) -> Solution:
+    parameters = {"collective": collective, "speed": speed, "axial speed": axial_speed}
+    solution = isolated(rotor).solve(parameters, method="newton")
     assert solution.success, solution.message
     return solution
 
@@ -90,10 +93,11 @@ def test_pitch_flap_coupling_of_the_stable_sense_reduces_flapping():
     assert flapping(0.0) / flapping(-45.0) == pytest.approx(np.sqrt(2), rel=0.1)
 
 
-@pytest.mark.parametrize("speed", [0.0, 30.0, 60.0])
-def test_shaft_power_and_drag_pay_for_induced_and_section_losses(speed, monkeypatch):
-    """Energy: power + drag times speed = thrust times induced velocity + section drag. Teetering does no work."""
-    solution = solved(0.12, speed)
+@pytest.mark.parametrize("speed, axial_speed", [(0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (0.0, 3.0), (30.0, -3.0)])
+def test_shaft_power_and_drag_pay_for_induced_and_section_losses(speed, axial_speed, monkeypatch):
+    """Energy: power + drag times speed = thrust times (induced + axial velocity) + section drag. Teetering does no
+    work."""
+    solution = solved(0.12, speed, axial_speed=axial_speed)
     seen = {}
 
     def spy(*arguments, **keywords):
@@ -111,9 +115,60 @@ def test_shaft_power_and_drag_pay_for_induced_and_section_losses(speed, monkeypa
         speed=speed,
         air=AIR,
         drag_level=0.0088,
+        axial_speed=axial_speed,
     )
     weights = np.polynomial.legendre.leggauss(module.STATIONS)[1] / 2 * TAIL.radius * (1 - TAIL.root_cutout)
     dissipated = TAIL.blades / module.AZIMUTHS * float(np.sum(weights @ np.array(seen["loads"].dissipation)))
-    induced = TAIL.induced_power_factor * solution.values["inflow"] * OMEGA * TAIL.radius * solution.outputs["thrust"]
+    through = TAIL.induced_power_factor * solution.values["inflow"] * OMEGA * TAIL.radius + axial_speed
     spent = solution.outputs["power"] + solution.outputs["drag"] * speed
-    assert spent == pytest.approx(induced + dissipated, rel=1e-3)
+    assert spent == pytest.approx(through * solution.outputs["thrust"] + dissipated, rel=1e-3)
+
+
+@pytest.mark.parametrize("axial_speed", [6.0, -3.0])
+def test_axial_flow_obeys_momentum_theory(axial_speed):
+    """Climb and slow descent of a hovering rotor: T = 2 rho A v_i (v_i + V_c)."""
+    solution = solved(0.15, 0.0, axial_speed=axial_speed)
+    induced = solution.values["inflow"] * OMEGA * TAIL.radius
+    thrust = 2 * AIR.density * np.pi * TAIL.radius**2 * induced * (induced + axial_speed)
+    assert solution.outputs["thrust"] == pytest.approx(thrust, rel=2e-3)
+
+
+@pytest.mark.parametrize("speed", [0.0, 30.0, 60.0])
+def test_a_yaw_to_the_right_pushes_the_tail_back(speed):
+    """The hub goes left, the air comes to the disc with the thrust, angles of attack and thrust rise: damping."""
+    hub = (-TAIL.behind_cg, 0.0, -TAIL.above_cg)
+    along, axial, _ = local_velocity((speed, 0.0, 0.0), (0.0, 0.0, 0.3), hub)
+    assert axial == pytest.approx(-0.3 * TAIL.behind_cg) and along == speed
+    steady, yawing = solved(0.1, speed), solved(0.1, speed, axial_speed=axial)
+    gain = yawing.outputs["thrust"] - steady.outputs["thrust"]
+    assert 0 < gain < 0.6 * steady.outputs["thrust"]
+
+
+@pytest.mark.parametrize("speed", [20.0, 40.0, 60.0])
+def test_tail_rotor_and_fin_together_turn_the_aircraft_into_the_wind(speed):
+    """Yawing moment by lateral velocity: N_v > 0 of tail rotor, fin and fuselage, the tail rotor's share needed."""
+    less, more = (solved(0.06, speed, axial_speed=v).outputs["thrust"] for v in (-0.5, 0.5))
+    tail_rotor = -TAIL.behind_cg * TAIL.fin_blockage * (more - less)
+    v = ca.MX.sym("v")
+    frame = airframe_loads(AIRCRAFT, velocity=(speed, v, 0.0), air=AIR, downwash=0.0, parasite_area=1.4)
+    airframe = float(ca.Function("N_v", [v], [ca.jacobian(frame.moment[2], v)])(0.0))
+    assert airframe < 0 < airframe + tail_rotor
+
+
+@pytest.mark.parametrize("speed", [0.0, 30.0, 60.0])
+def test_thrust_follows_the_collective_up_to_the_blade_loading_limit(speed):
+    limit = AIRCRAFT.blade_loading_limit
+    table = np.interp(speed / (OMEGA * TAIL.radius), limit.advance_ratio, limit.thrust_over_solidity)
+    largest = limit.tail_rotor_fraction * float(table)
+    degrees = np.arange(2.0, 24.0, 1.0)
+    points: list[Solution] = []
+    for angle in degrees:  # each from its neighbour: a stalled rotor is far from the start
+        parameters = {"collective": np.radians(angle), "speed": speed, "axial speed": 0.0}
+        points.append(isolated().solve(parameters, points[-1] if points else None, method="newton"))
+        assert points[-1].success, points[-1].message
+    loading = np.array([point.outputs["loading"] for point in points])
+    middle, slope = (loading[1:] + loading[:-1]) / 2, np.diff(loading)
+    attached = float(np.interp(0.5 * largest, middle, slope))
+    assert np.min(slope[(middle > 0.5 * largest) & (middle < 0.9 * largest)]) > 0.6 * attached
+    assert np.max(slope[middle > 1.15 * largest]) < 0.6 * attached
+    assert loading[-1] > 1.15 * largest  # the sweep goes far enough for the line above to mean something

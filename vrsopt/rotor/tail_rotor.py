@@ -1,8 +1,14 @@
-"""Teetering tail rotor by blade elements with uniform momentum inflow; its section stalls and feels Mach number.
+"""Teetering tail rotor by blade elements; its section stalls and feels Mach number.
 
-The teeter hinge carries no moment and the blades are tuned to once per revolution, so the first-harmonic aerodynamic
-flap moment vanishes. The pitch-flap coupling adds tan(delta3) of the flap angle to the pitch: negative, the stable
-sense, takes pitch off a blade that flaps up (Padfield's sign).
+The inflow is uniform: the steady state of first-order dynamic inflow, momentum theory with edgewise and axial flow. It
+holds for an axial speed from climb to half of the induced velocity against it; no vortex ring. The teeter hinge carries
+no moment and the blades are tuned to once per revolution, so the first-harmonic aerodynamic flap moment vanishes. The
+pitch-flap coupling adds tan(delta3) of the flap angle to the pitch: negative, the stable sense, takes pitch off a blade
+that flaps up (Padfield's sign).
+
+Thrust follows the collective up to the largest blade loading of the aircraft's limit table (its tail-rotor fraction);
+beyond it the blades stall and a degree of collective brings about half as much, or less. The yaw margin is therefore
+counted in thrust: the share of that largest loading which is left, 1 - ``Limits.tail_usage``.
 """
 
 from __future__ import annotations
@@ -26,7 +32,8 @@ STATIONS, AZIMUTHS = 6, 12
 class TailRotorLoads:
     """Expressions: thrust to the right [N] before fin blockage, drag aft [N], power [W], and the residuals.
 
-    inflow_residual is dimensionless; teeter_residual (2,) is in N m.
+    inflow_residual is dimensionless; teeter_residual (2,) is in N m. thrust_over_solidity: the blade loading
+    T / (rho A_b (Omega R)^2); advance_ratio: speed along the disc over tip speed.
     """
 
     thrust: Any
