@@ -9,9 +9,10 @@ The verbs, in the order of the work, each also a sub-command of the command line
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
 
 What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
-shipped data or one's own. What they return: ``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and
-``Comparison``; results carry ``success`` and ``message`` and print as a short table. Two errors are meant for users:
-``InputError`` for input that can not be used, ``NoSolutionError`` for a question without an answer.
+shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
+``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and ``Comparison``; results carry ``success`` and ``message``
+and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be used,
+``NoSolutionError`` for a question without an answer.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``)::
 
@@ -34,9 +35,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from vrsopt.aircraft import Aircraft, load_aircraft
     from vrsopt.errors import InputError, NoSolutionError
-    from vrsopt.mission.file import Mission, read_mission
     from vrsopt.helicopter import trim
+    from vrsopt.mission.file import Mission, read_mission
     from vrsopt.operating_point import OperatingPoint
+    from vrsopt.rotor_map import rotor_map
     from vrsopt.schedule.compare import solve
     from vrsopt.schedule.comparison import Comparison
     from vrsopt.solvers.status import Status
@@ -69,6 +71,7 @@ __all__ = [
     "load_engine",
     "load_surrogate",
     "read_mission",
+    "rotor_map",
     "sample",
     "solve",
     "trim",
@@ -93,9 +96,10 @@ _HOMES = {
     "load_engine": "vrsopt.turboshaft.data",
     "load_surrogate": "vrsopt.surrogate.store",
     "read_mission": "vrsopt.mission.file",
+    "rotor_map": "vrsopt.rotor_map",
     "sample": "vrsopt.surrogate.design",
     "solve": "vrsopt.schedule.compare",
-    "trim": "vrsopt.operating_point",
+    "trim": "vrsopt.helicopter",
 }
 _NAMES_AT_HOME = {"load_surrogate": "load"}  # where it differs
 

@@ -98,16 +98,20 @@ def trim(
     ] = None,
     cg_shift: Annotated[float, _number("Centre of gravity forward of the reference, m.")] = 0.0,
     aircraft: Annotated[str, typer.Option(help="Shipped aircraft or TOML file.")] = "bo105",
+    out: Annotated[Path | None, typer.Option(help="Folder for figures and maps of the rotor.")] = None,
     as_json: AsJson = False,
 ) -> int:
     """Trim the aircraft with its engines at one operating point.
 
-    A point that is solved but may not be flown is no failure: it says which limit is broken.
+    A point that is solved but may not be flown is no failure: it says which limit is broken. With --out the maps of
+    the rotor over radius and azimuth, the motion of a blade, powers and margins are drawn into a folder.
 
     \b
     Example: slow flight with the rotor at 90 %
-      vrsopt trim --mass 2200 --altitude 500 --speed 20 --rotor-speed-percent 90
+      vrsopt trim --mass 2200 --altitude 500 --speed 20 --rotor-speed-percent 90 --out results/slow
     """
+    if out is not None:
+        check_folder(out)
     from vrsopt.aircraft import load_aircraft
     from vrsopt.helicopter import ALLOWED
     from vrsopt.helicopter import trim as trimmed
@@ -131,10 +135,17 @@ def trim(
         cg_shift=cg_shift,
         aircraft=data,
     )
+    files: list[Path] = []
+    if out is not None and point.success:
+        from vrsopt.report.files import write_point
+
+        files = write_point(point, out)
     if as_json:
         print_json(point_figures(point))
     elif point.success:
         print(point)
+        if files:
+            print(f"{out}: {', '.join(sorted(file.name for file in files))}")
     if not point.success:
         place = f"{mass:g} kg, {speed:g} m/s, {altitude:g} m, rotor speed {rotor_speed_percent:g} %"
         complain(f"trim: no solution at {place}: {point.reason or point.message}")

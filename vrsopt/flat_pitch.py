@@ -10,7 +10,6 @@ from functools import cache
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from vrsopt.aircraft import Aircraft
 from vrsopt.atmosphere import GRAVITY, standard_air

@@ -143,6 +143,7 @@ class Helicopter:
             autorotative_energy=0.5 * self.aircraft.main_rotor.polar_inertia * flight["rotor_speed"] ** 2,
             usages=usages,
             trim=trim,
+            aircraft=self.aircraft,
         )
 
     def _one_engine_margin(self, rotor_power: float) -> float:
@@ -195,6 +196,7 @@ class Helicopter:
             iterations=trim.solution.iterations,
             usages={},
             trim=trim,
+            aircraft=self.aircraft,
             **nan,
         )
 

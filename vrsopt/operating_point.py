@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from vrsopt.aircraft import Aircraft
 from vrsopt.limits import Limits
 from vrsopt.solution import Solution
 from vrsopt.solvers.status import Status
@@ -81,6 +82,7 @@ class OperatingPoint:
     autorotative_energy: float
     usages: Mapping[str, float]
     trim: Trim = field(repr=False)
+    aircraft: Aircraft = field(repr=False)
 
     @property
     def solution(self) -> Solution:

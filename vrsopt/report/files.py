@@ -1,4 +1,4 @@
-"""The files of a result: ``summary.json``, ``result.nc``, ``report.html`` and the figures as PNG.
+"""The files of a result: ``summary.json``, ``result.nc``, ``report.html`` and the figures as PNG; those of one point.
 
 All of them are made in a hidden folder first and moved to their places at the end: whatever fails on the way leaves
 nothing half written, and files of other names are never touched.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,11 +18,14 @@ from vrsopt.report.dataset import netcdf, read_result, result_dataset
 from vrsopt.report.json_value import json_value
 from vrsopt.report.page import report_page
 from vrsopt.report.plots import figures, png
+from vrsopt.report.rotor_plots import point_figures
+from vrsopt.rotor_map import rotor_map
 
 if TYPE_CHECKING:
+    from vrsopt.operating_point import OperatingPoint
     from vrsopt.schedule.comparison import Comparison
 
-__all__ = ["read_result", "write_results"]
+__all__ = ["read_result", "write_point", "write_results"]
 
 LONG = "mission_text"  # attribute that the page shows on its own
 
@@ -34,10 +38,27 @@ def write_results(comparison: Comparison, folder: Path | str, *, mission_text: s
 
     Raises :class:`InputError` (one line) for a folder that can not be used.
     """
-    target = Path(folder)
+    return _write(Path(folder), lambda: _contents(comparison, mission_text))
+
+
+def write_point(point: OperatingPoint, folder: Path | str) -> list[Path]:
+    """Write the figures of a trimmed point and its ``rotor_map.nc`` into ``folder``; returns their paths.
+
+    Raises :class:`InputError` (one line) for a folder that can not be used or a point without trim.
+    """
+
+    def contents() -> dict[str, bytes]:
+        pictures = {f"{name}.png": png(figure) for name, figure in point_figures(point).items()}
+        return pictures | {"rotor_map.nc": netcdf(rotor_map(point))}
+
+    return _write(Path(folder), contents)
+
+
+def _write(target: Path, make: Callable[[], dict[str, bytes]]) -> list[Path]:
+    """Make the files and put them all into the folder ``target``, or none."""
     try:
         target.mkdir(parents=True, exist_ok=True)
-        contents = _contents(comparison, mission_text)
+        contents = make()
         _check_places(target, contents)
         # inside the folder, not beside it: the same file system even where the folder is a mount
         with tempfile.TemporaryDirectory(dir=target, prefix=".vrsopt-") as temporary:
