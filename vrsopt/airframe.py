@@ -78,7 +78,9 @@ def _fuselage(fuselage: Fuselage, velocity: Vector, air: Air) -> tuple[Any, Any,
     """Polynomials at small angles, tables at large ones; the pitch plane and the yaw plane each by the velocity in it.
 
     With V the velocity in the plane: X, Z and M follow angle and dynamic pressure of (u, w), Y and N those of (u, v).
-    Acts at the centre of gravity of the data.
+    Acts at the centre of gravity of the data. At 20 deg the tables, which are those of helicopters in general, have
+    the polynomials' signs but half of X, one to two times Z and three times Y, and only a fifth of M and a twentieth
+    of N: between 15 and 25 deg the blend joins two sources that disagree.
     """
     u, v, w = velocity
     reference = 0.5 * SEA_LEVEL_DENSITY * fuselage.reference_speed**2
