@@ -10,16 +10,30 @@ regular.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import zip_longest
+from math import log
+from pathlib import Path
 from typing import Annotated, Any
 
 import casadi as ca
 
-from vrsopt.quantity import Record, Unit
+from vrsopt.errors import InputError
+from vrsopt.quantity import Record, Unit, read_toml, validated
+
+DATA = Path(__file__).parents[1] / "data"
 
 Polynomial = Annotated[tuple[float, ...], Unit("-")]
 HIGHEST_LIFT_MACH = 0.82  # the lift coefficients are held beyond: the fit ends at 0.8
 HIGHEST_DRAG_MACH = 0.95
 LOWEST_MACH = 0.2  # the deck is constant below
+# Leishman and Beddoes (1989), Mach 0.3 to 0.8; the passage of the vortex as one value.
+NACA_0012_STALL: dict[str, tuple[float, ...]] = {
+    "pressure_lag": (-0.9787, 17.68, -38.78, 30.92),
+    "separation_lag": (5.149, -9.222, 6.664),
+    "vortex_decay": (6.0,),
+    "vortex_passage": (2.204, 22.56, -17.95),
+    "critical_normal_force": (4.313, -17.2, 31.89, -21.03),
+}
 SMALLEST_WIDTH = 0.005  # of a drag ramp, as a sine: no kink however the coefficients come out
 
 
@@ -54,6 +68,17 @@ class Airfoil(Record):
     vortex_decay: Polynomial
     vortex_passage: Polynomial
     critical_normal_force: Polynomial
+
+    @classmethod
+    def from_c81(cls, path: str | Path) -> Airfoil:
+        """The section fitted to a C81 deck; :func:`vrsopt.rotor.section_fit.fit_section` also tells the errors.
+
+        Raises :class:`InputError` with one line that names line and field when the deck can not be read.
+        """
+        from vrsopt.rotor.c81 import read_c81
+        from vrsopt.rotor.section_fit import fit_section  # the fit needs the section's own class
+
+        return fit_section(read_c81(path))[0]
 
     def coefficients(self, sine: Any, cosine: Any, mach: Any, drag_level: Any) -> tuple[Any, Any, Any]:
         """Coefficients of lift, drag and moment from the sine and cosine of the angle of attack and the Mach number.
@@ -117,6 +142,43 @@ class Airfoil(Record):
         # Trailing edge first the lift acts at three quarters of the chord.
         aft = -polynomial(self.reversed_moment, m) * cosine**2 * sine / ca.sqrt(sine**2 + 0.07**2)
         return weight * attached + (1 - weight) * separated + (1 - forward) * aft
+
+
+def load_section(name: str | Path) -> Airfoil:
+    """The section called ``name`` (shipped: naca_0012) or described in the table [section] of a TOML file.
+
+    Raises :class:`InputError` with one line that names file and field.
+    """
+    shipped = DATA / f"{name}.toml"
+    path = shipped if shipped.is_file() else Path(name)
+    data = read_toml(path)
+    if not isinstance(data.get("section"), dict):
+        raise InputError(f"{path.name}: section: missing")
+    return validated(Airfoil, data["section"], where=f"{path.name}: section")
+
+
+def with_largest_lift(section: Airfoil, factor: float) -> Airfoil:
+    """The section with its largest lift multiplied by ``factor``: stall of the upper side comes at that part of the
+    angle from zero lift, with its drag and its vortex; slope, level of drag and negative stall stay."""
+    if not 0.3 <= factor <= 2:
+        raise InputError(f"section: factor = {factor}: 0.3 to 2 times the largest lift")
+
+    def moved(sines: Sequence[float]) -> tuple[float, ...]:
+        pairs = zip_longest(sines, section.zero_lift_sine, fillvalue=0.0)
+        return tuple(factor * sine + (1 - factor) * zero for sine, zero in pairs)
+
+    def scaled(values: Sequence[float]) -> tuple[float, ...]:
+        return tuple(factor * value for value in values)
+
+    width = section.log_break_width
+    return section.replaced(
+        break_sine=moved(section.break_sine),
+        log_break_width=(width[0] + log(factor), *width[1:]),
+        separated_lift=scaled(section.separated_lift),
+        separated_width=scaled(section.separated_width),
+        ramp_sine=moved(section.ramp_sine),
+        critical_normal_force=scaled(section.critical_normal_force),
+    )
 
 
 def polynomial(coefficients: Sequence[float], x: Any) -> Any:

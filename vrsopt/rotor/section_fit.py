@@ -1,0 +1,302 @@
+"""Fit of the smooth section of :mod:`vrsopt.rotor.airfoil` to a deck of tables, by least squares.
+
+Lift and drag are fitted one after the other over all Mach numbers at once, each coefficient being a polynomial in Mach
+number that starts from what the deck itself shows (slope, break, drag rise); the moment then follows linearly. The
+attached range counts most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import polynomial as npoly
+from scipy.optimize import least_squares
+
+from vrsopt.quantity import Provenance
+from vrsopt.rotor.airfoil import HIGHEST_LIFT_MACH, LOWEST_MACH, NACA_0012_STALL, Airfoil, smooth_clip
+from vrsopt.rotor.c81 import QUANTITIES, Deck, Table
+
+CENTRE, WIDTH = 0.5, 0.3  # the polynomials are fitted in (Mach - CENTRE) / WIDTH, which conditions the problem
+LIFT_DEGREES = {
+    "lift_slope": 5,
+    "zero_lift_sine": 2,
+    "break_sine": 4,
+    "log_break_width": 2,
+    "negative_break_sine": 3,
+    "log_negative_break_width": 2,
+    "separated_lift": 2,
+    "separated_width": 0,
+}
+DRAG_DEGREES = {
+    "drag_level": 3,
+    "drag_parabola": 2,
+    "drag_bucket_sine": 2,
+    "ramp_sine": 5,
+    "ramp_slope": 4,
+    "log_ramp_width": 4,
+    "negative_ramp_sine": 4,
+    "negative_ramp_slope": 3,
+    "log_negative_ramp_width": 2,
+}
+MOMENT_DEGREES = {
+    "moment_level": 4,
+    "moment_slope": 4,
+    "separated_moment": 0,
+    "separated_moment_cosine": 2,
+    "reversed_moment": 0,
+}
+RANGES = {"attached": (-4.0, 10.0), "stall": (-12.0, 19.0)}  # deg, of the errors reported
+
+
+@dataclass(frozen=True)
+class FitError:
+    """Error of one coefficient at one Mach number of the deck: root mean square over each of ``RANGES``, and the mean
+    and the largest one where attached."""
+
+    quantity: str
+    mach: float
+    attached: float
+    stall: float
+    bias: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class SectionFit:
+    """How closely a fitted section follows its deck; prints as a table."""
+
+    name: str
+    errors: tuple[FitError, ...]
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.name}: fit less deck, attached {RANGES['attached']}, stall {RANGES['stall']} deg",
+            "coefficient  Mach   rms attached  rms stall  mean attached  largest attached",
+        ]
+        for e in self.errors:
+            lines.append(
+                f"{e.quantity:11s}  {e.mach:4.2f}   {e.attached:12.4f}  {e.stall:9.4f}  {e.bias:13.4f}  {e.largest:16.4f}"
+            )
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Points of a table inside the range that is fitted: alpha [rad], Mach number, value, each (N,)."""
+
+    alpha: np.ndarray
+    mach: np.ndarray
+    value: np.ndarray
+
+    @property
+    def state(self) -> np.ndarray:
+        return np.vstack([np.sin(self.alpha), np.cos(self.alpha), self.mach])
+
+
+def fit_section(deck: Deck) -> tuple[Airfoil, SectionFit]:
+    """Section fitted to ``deck`` and the errors of the fit.
+
+    The time constants of dynamic stall are those of NACA 0012, except for the critical normal force, which follows the
+    break of the section's own lift. Coefficients are rounded to six digits.
+    """
+    values: dict[str, list[float]] = {name: [0.0] for name in (*LIFT_DEGREES, *DRAG_DEGREES, *MOMENT_DEGREES)}
+    values |= _fit(_points(deck.lift, (-20.0, 19.9), 0.8), values, _lift_start(deck.lift), LIFT_DEGREES, "lift")
+    values |= _fit(
+        _points(deck.drag, (-90.0, 90.0), 0.9, between=True), values, _drag_start(deck.drag), DRAG_DEGREES, "drag"
+    )
+    section = _section(values, deck.name, drag_reference=0.0)
+    level = float(section.coefficients(0.0, 1.0, 0.3, 0.0)[1])
+    section = section.replaced(drag_reference=round(level, 5), **_fit_moment(deck.moment, section))
+    return section, section_fit(section, deck)
+
+
+def section_fit(section: Airfoil, deck: Deck) -> SectionFit:
+    """Errors of ``section`` against the tables of ``deck`` at its Mach numbers between 0.2 and 0.8."""
+    errors = []
+    for k, (quantity, table) in enumerate(zip(QUANTITIES, (deck.lift, deck.drag, deck.moment), strict=True)):
+        points = _points(table, RANGES["stall"], 0.8)
+        state = ca.SX.sym("state", 3)
+        model = section.coefficients(state[0], state[1], state[2], section.drag_reference)[k]
+        error = ca.Function("model", [state], [model])(points.state).full().ravel() - points.value
+        angle = np.degrees(points.alpha)
+        close = (angle >= RANGES["attached"][0] - 1e-9) & (angle <= RANGES["attached"][1] + 1e-9)
+        for mach in np.unique(points.mach):
+            here = points.mach == mach
+            near = error[here & close]
+            errors.append(
+                FitError(quantity, float(mach), _rms(near), _rms(error[here]), float(near.mean()), np.abs(near).max())
+            )
+    return SectionFit(deck.name, tuple(errors))
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _section(values: dict[str, list[float]], name: str, **others: Any) -> Airfoil:
+    """A section of fitted coefficients with the dynamic stall of NACA 0012."""
+    data = {**values, **NACA_0012_STALL, **others}
+    provenance = {key: Provenance(unit="-", source=name or "deck") for key in data}
+    return Airfoil.model_validate({**data, "provenance": provenance})
+
+
+def _points(table: Table, angles: tuple[float, float], highest_mach: float, *, between: bool = False) -> _Points:
+    """``between``: also halfway between the Mach numbers, where a deck is read linearly: drag rises steeply there."""
+    grid, values = table.mach, table.value
+    if between:
+        grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:]))
+        values = np.array([np.interp(grid, table.mach, row) for row in values])
+    alpha, mach = np.meshgrid(table.angle_deg, grid, indexing="ij")
+    lowest = min(LOWEST_MACH, highest_mach) if grid.max() >= LOWEST_MACH else grid.min()
+    inside = (alpha >= angles[0]) & (alpha <= angles[1]) & (mach >= lowest) & (mach <= highest_mach)
+    return _Points(np.radians(alpha[inside]), mach[inside], values[inside])
+
+
+def _lift_start(table: Table) -> dict[str, tuple[float, ...]]:
+    """Constants, or lines in the scaled Mach number, that lie near the deck."""
+    mach, slopes, zeros, breaks, negative = [], [], [], [], []
+    s = np.sin(np.radians(table.angle_deg))
+    for m, lift in zip(table.mach, table.value.T, strict=True):
+        if not LOWEST_MACH <= m <= 0.8:
+            continue
+        attached = (table.angle_deg >= -2) & (table.angle_deg <= 4)
+        slope, level = np.polyfit(s[attached], lift[attached], 1)
+        lost = np.abs(slope * s + level - lift) > 0.25
+        mach.append(m)
+        slopes.append(slope)
+        zeros.append(-level / slope)
+        breaks.append(_first(s, lost & (s > 0) & (table.angle_deg <= 25), 0.35))
+        negative.append(-_first(-s, lost & (s < 0) & (table.angle_deg >= -25), 0.35))
+    return {
+        "lift_slope": (float(np.median(slopes)),),
+        "zero_lift_sine": (float(np.median(zeros)),),
+        "break_sine": _line(mach, breaks),
+        "log_break_width": (-3.9,),
+        "negative_break_sine": _line(mach, negative),
+        "log_negative_break_width": (-3.5,),
+        "separated_lift": (1.1,),
+        "separated_width": (0.15,),
+    }
+
+
+def _drag_start(table: Table) -> dict[str, tuple[float, ...]]:
+    mach, levels, ramps, negative = [], [], [], []
+    s = np.sin(np.radians(table.angle_deg))
+    for m, drag in zip(table.mach, table.value.T, strict=True):
+        if not LOWEST_MACH <= m <= 0.8:
+            continue
+        level = drag[np.abs(table.angle_deg) <= 3].min()
+        mach.append(m)
+        levels.append(level)
+        ramps.append(_first(s, (drag > level + 0.02) & (s > -0.02), 0.3))
+        negative.append(-_first(-s, (drag > level + 0.02) & (s < 0.02), 0.3))
+    return {
+        "drag_level": (float(np.median(levels)),),
+        "drag_parabola": (0.05,),
+        "drag_bucket_sine": (0.5 * (float(np.median(ramps)) + float(np.median(negative))) * 0.1,),
+        "ramp_sine": _line(mach, ramps),
+        "ramp_slope": (2.0,),
+        "log_ramp_width": (-4.2,),
+        "negative_ramp_sine": _line(mach, negative),
+        "negative_ramp_slope": (1.5,),
+        "log_negative_ramp_width": (-4.3,),
+    }
+
+
+def _first(sine: np.ndarray, where: np.ndarray, otherwise: float) -> float:
+    return float(sine[where].min()) if where.any() else otherwise
+
+
+def _line(mach: list[float], values: list[float]) -> tuple[float, ...]:
+    if len(mach) < 2:
+        return (float(np.mean(values)),)
+    return tuple(npoly.polyfit((np.array(mach) - CENTRE) / WIDTH, values, 1))
+
+
+def _fit(
+    points: _Points,
+    known: dict[str, list[float]],
+    start: dict[str, tuple[float, ...]],
+    degrees: dict[str, int],
+    quantity: str,
+) -> dict[str, list[float]]:
+    """The coefficients named in ``degrees`` as polynomials in Mach number, constant term first, rounded."""
+    highest = len(np.unique(points.mach)) - 1
+    degrees = {name: min(degree, highest) for name, degree in degrees.items()}
+    sizes = [degree + 1 for degree in degrees.values()]
+    matrix = _monomials(sizes)
+    function = _function(known, degrees, quantity).map(len(points.alpha))
+    x = ca.MX.sym("x", sum(sizes))
+    model = function(points.state, ca.repmat(ca.DM(matrix) @ x, 1, len(points.alpha))).T
+    evaluate, slopes = ca.Function("f", [x], [model]), ca.Function("j", [x], [ca.jacobian(model, x)])
+
+    first = np.concatenate([np.pad(start[n], (0, max(0, d + 1 - len(start[n]))))[: d + 1] for n, d in degrees.items()])
+    size = np.concatenate([np.full(degree + 1, abs(start[n][0])) for n, degree in degrees.items()])
+    powers = np.concatenate([np.arange(degree + 1) for degree in degrees.values()])
+    angle = np.degrees(points.alpha)
+    # The pull towards the start keeps the high powers from wandering.
+    if quantity == "lift":
+        weight = np.where((angle > -5) & (angle < 11), 1 / 0.01, 1 / 0.04)
+        pull = np.where(powers > 1, 1.5 / np.maximum(size, 0.1), 0.0)
+        scale: str | np.ndarray = np.maximum(size, 0.05)
+    else:
+        is_width = np.concatenate([np.full(degree + 1, n.startswith("log_")) for n, degree in degrees.items()])
+        importance = np.where((angle > -5) & (angle < 10), 1.0, np.where((angle > -9) & (angle < 20), 0.5, 0.1))
+        weight = importance / (0.0008 + 0.05 * points.value)
+        pull = np.where(powers > np.where(is_width, 0, 2), 0.3 / np.maximum(size, 0.05), 0.0)
+        scale = "jac"
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        return np.concatenate([(evaluate(z).full().ravel() - points.value) * weight, pull * (z - first)])
+
+    def jacobian(z: np.ndarray) -> np.ndarray:
+        return np.vstack([slopes(z).full() * weight[:, None], np.diag(pull)])
+
+    best = least_squares(residual, first, jac=jacobian, loss="soft_l1", max_nfev=400, x_scale=scale)
+    return _split(matrix @ best.x, degrees)
+
+
+def _fit_moment(table: Table, section: Airfoil) -> dict[str, list[float]]:
+    """Linear in its coefficients once the weights of attached and of forward flow are known."""
+    points = _points(table, (-180.0, 180.0), 0.8)
+    highest = len(np.unique(points.mach)) - 1
+    degrees = {name: min(degree, highest) for name, degree in MOMENT_DEGREES.items()}
+    matrix = _monomials([degree + 1 for degree in degrees.values()])
+    known = {name: list(getattr(section, name)) for name in (*LIFT_DEGREES, *DRAG_DEGREES)}
+    function = _function(known, degrees, "moment").map(len(points.alpha))
+    x = ca.MX.sym("x", matrix.shape[0])
+    model = function(points.state, ca.repmat(ca.DM(matrix) @ x, 1, len(points.alpha))).T
+    slopes = ca.Function("j", [x], [ca.jacobian(model, x)])(0).full()
+    weight = np.where(np.abs(points.alpha) < np.radians(13), 1.0, np.where(np.abs(points.alpha) < 0.35, 0.5, 0.1))
+    best = np.linalg.lstsq(slopes * weight[:, None], points.value * weight, rcond=None)[0]
+    return _split(matrix @ best, degrees)
+
+
+def _function(known: dict[str, list[float]], degrees: dict[str, int], quantity: str) -> ca.Function:
+    """One coefficient as a function of (sine, cosine, Mach number) and the coefficients named in ``degrees``."""
+    sizes = [degree + 1 for degree in degrees.values()]
+    parameters, point = ca.SX.sym("p", sum(sizes)), ca.SX.sym("point", 3)
+    pieces = dict(zip(degrees, ca.vertsplit(parameters, np.cumsum([0, *sizes]).tolist()), strict=True))
+    values: dict[str, Any] = {**known, **{name: ca.vertsplit(piece) for name, piece in pieces.items()}}
+    section = Airfoil.model_construct(**values, drag_reference=0.0, provenance={})
+    output = section.coefficients(point[0], point[1], point[2], 0.0)[QUANTITIES.index(quantity)]
+    return ca.Function("section", [point, parameters], [output])
+
+
+def _monomials(sizes: list[int]) -> np.ndarray:
+    """Block matrix from coefficients of powers of (Mach - CENTRE) / WIDTH to those of powers of the Mach number."""
+    matrix, first = np.zeros((sum(sizes), sum(sizes))), 0
+    for size in sizes:
+        for power in range(size):
+            column = npoly.polypow([-CENTRE / WIDTH, 1 / WIDTH], power)
+            matrix[first : first + power + 1, first + power] = column
+        first += size
+    return matrix
+
+
+def _split(coefficients: np.ndarray, degrees: dict[str, int]) -> dict[str, list[float]]:
+    pieces = np.split(coefficients, np.cumsum([degree + 1 for degree in degrees.values()])[:-1])
+    return {name: [float(f"{c:.6g}") for c in piece] for name, piece in zip(degrees, pieces, strict=True)}
