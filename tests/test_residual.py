@@ -73,6 +73,54 @@ def test_neighbouring_solution_is_reused_without_a_new_jacobian():
     assert second.factorisation is first.factorisation
 
 
+def test_continuation_goes_through_folds():
+    """x^3 - 3 x = load: from the left branch to load 3, which only the right branch has."""
+    x, p = ca.SX.sym("x"), ca.SX.sym("p", 2)
+    spring = ResidualSystem(
+        name="spring",
+        unknowns=(Unknown("length", "m", scale=0.5, lower=-10.0, upper=10.0, start=-3.0),),
+        parameters=(Named("load", "N"), Named("stiffness", "N/m")),
+        residuals=(Named("balance", "N", 5.0),),
+        outputs=(Named("length", "m"),),
+        x=x,
+        p=p,
+        r=p[1] * (x**3 - 3 * x) - p[0],
+        y=x,
+    )
+    start = spring.solve({"load": -6.0, "stiffness": 1.0}, method="newton")
+    branch = spring.follow(start, {"load": 3.0, "stiffness": 1.0})
+    assert branch.solution.success and branch.furthest == 1.0 and branch.jacobians <= 25
+    assert branch.solution.values["length"] == pytest.approx(2.1038034, abs=1e-6)
+    assert branch.solution.parameters == {"load": 3.0, "stiffness": 1.0}
+    assert [-6 + fold * 9 for fold in branch.folds] == pytest.approx([2.0, -2.0], abs=0.1)
+    both = spring.follow(start, {"load": 6.0, "stiffness": 2.0})  # two parameters on one straight way
+    assert both.solution.values["length"] == pytest.approx(2.1038034, abs=1e-6)
+    ended = spring.follow(start, {"load": 3.0, "stiffness": 1.0}, max_jacobians=5)
+    assert not ended.solution.success and ended.solution.status is Status.ITERATION_LIMIT
+    assert "% of the way" in ended.solution.message and ended.furthest < 1
+
+
+def test_continuation_ends_at_a_bound():
+    system = duct(lower=10.0)
+    start = system.solve({"thrust": 100e3, "loss": 0.0}, method="newton")
+    branch = system.follow(start, {"thrust": 5e3, "loss": 0.0})
+    assert branch.solution.status is Status.OUT_OF_BOUNDS and branch.folds == ()
+    assert branch.solution.residual_norm < TOLERANCE  # the last point of the curve solves its own parameters
+
+
+def test_smallest_singular_value_vanishes_at_a_fold():
+    """Momentum theory folds where v = -loss / 2: d(thrust)/dv is zero there."""
+    system = duct()
+    normal = system.solve({"thrust": 21575.0, "loss": 1.5}, method="newton")
+    slope = -2 * 1.225 * 75.0 * (2 * normal.values["velocity"] + 1.5) * 10 / 1e4
+    matrix = np.array([[slope, 0.0], [-21575.0 * 10 / 1e5, 1.0]])
+    expected = np.linalg.svd(matrix)[1][-1]
+    assert system.smallest_singular_value(normal) == pytest.approx(expected, rel=1e-9)
+    assert system.smallest_singular_value(normal, exact=False) == pytest.approx(expected, rel=0.1)
+    folded = system.solve({"thrust": 1e-7, "loss": 0.0}, {"velocity": 1e-5, "power": 0.0}, method="newton")
+    assert system.smallest_singular_value(folded) < 1e-4 * expected
+
+
 def test_failure_names_equation_and_bound():
     bounded = duct(lower=50.0)
     solution = bounded.solve({"thrust": 21575.0, "loss": 1.5}, method="ipopt")

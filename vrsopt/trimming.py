@@ -20,6 +20,7 @@ from vrsopt.solvers.status import Status
 
 Stage = Literal["guess", "momentum", "tail rotor", "homotopy", "arclength"]
 SUSPICIOUS = 0.03  # smallest singular value of the scaled Jacobian; 0.1 to 0.2 in ordinary flight
+ROUGH = 1.5  # the value from Newton's last Jacobian may be too large by this factor
 SAME_POWER = 1e-5  # relative difference within which two trims are one
 HEAVIER = 1.1  # how far beyond its mass a suspicious trim is followed to see whether its way turns back
 LARGEST_EFFORT = 120  # Jacobians of one continuation
@@ -130,9 +131,11 @@ class _Search:
 
     def settled(self, trim: Trim) -> Trim:
         """The trim with its smallest singular value; near a fold, the one of least power."""
-        rough = self.system.smallest_singular_value(trim.solution, exact=False)
-        if rough > SUSPICIOUS:
-            return replace(trim, smallest_singular_value=rough)
+        value = self.system.smallest_singular_value(trim.solution, exact=False)
+        if value < ROUGH * SUSPICIOUS:
+            value = self.system.smallest_singular_value(trim.solution)
+        if value > SUSPICIOUS:
+            return replace(trim, smallest_singular_value=value)
         if trim.stage not in ("homotopy", "arclength"):
             trim = self._lowest(trim)
         value = self.system.smallest_singular_value(trim.solution)
