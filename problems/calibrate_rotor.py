@@ -11,6 +11,7 @@ value, and this script prints both.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,11 @@ from vrsopt.aircraft import Aircraft, load_aircraft
 from vrsopt.atmosphere import standard_air
 from vrsopt.equilibrium import calibrated_constants, trim_system
 from vrsopt.errors import NoSolutionError
+from vrsopt.flight import trim_parameters
+from vrsopt.residual import ResidualSystem
+from vrsopt.rotor.fidelity import Fidelity
+from vrsopt.solution import Solution
+from vrsopt.trimming import find_trim
 
 FOOT, KNOT = 0.3048, 1852 / 3600  # m, m/s
 
@@ -39,15 +45,26 @@ class PowerPoint:
 HOVER = PowerPoint("hover", 2448.0, 4000 * FOOT, 10.0, 0.0, 514e3)
 CRUISE = PowerPoint("cruise", 2400.0, 0.0, 15.0, 127 * KNOT, 514e3)
 
+POINTS = (HOVER, CRUISE)
+POWERS = ("main_rotor_power", "tail_rotor_power")
+
 SPLITS = {
     "induced factor": ("induced_power_factor", "parasite_area"),
     "section drag level": ("section_drag_level", "parasite_area"),
 }
 
 
-def rotor_power(aircraft: Aircraft, point: PowerPoint, constants: dict[str, float]) -> tuple[float, dict[str, float]]:
-    """Main and tail rotor power [W] of a trim at ``point``, and its exact derivatives by the constants."""
-    system = trim_system(aircraft)
+def trim_at(
+    point: PowerPoint,
+    aircraft: Aircraft,
+    constants: Mapping[str, float],
+    *,
+    fidelity: Fidelity | None = None,
+    stalling_tail: bool = True,
+    guess: Solution | None = None,
+) -> tuple[ResidualSystem, Solution]:
+    """The trim system of ``aircraft`` and its solution at ``point``, with the calibrated ``constants``."""
+    system = trim_system(aircraft, fidelity or Fidelity(), stalling_tail=stalling_tail)
     flight = {
         "mass": point.mass,
         "altitude": point.altitude,
@@ -58,12 +75,16 @@ def rotor_power(aircraft: Aircraft, point: PowerPoint, constants: dict[str, floa
         "rotor_speed": aircraft.main_rotor.nominal_rotor_speed,
         "twist": aircraft.main_rotor.twist,
     }
-    solution = system.solve({**flight, **constants}, method="newton")
-    if not solution.success:
-        raise NoSolutionError(f"calibration: {point.name}: {solution.message}")
-    slopes = system.sensitivities(solution)
-    names = ("main_rotor_power", "tail_rotor_power")
-    return sum(solution.outputs[n] for n in names), {c: sum(slopes[n][c] for n in names) for c in constants}
+    easy = {"mass": 0.5 * aircraft.loading.largest_mass}
+    trim = find_trim(system, {**trim_parameters(aircraft, flight), **constants}, easy=easy, guess=guess)
+    if not trim.success:
+        raise NoSolutionError(f"calibration: {point.name}: {trim.reason or trim.solution.message}")
+    return system, trim.solution
+
+
+def rotor_power(solution: Solution) -> float:
+    """Power of main and tail rotor [W]."""
+    return sum(solution.outputs[name] for name in POWERS)
 
 
 def available_power(aircraft: Aircraft, point: PowerPoint) -> float:
@@ -72,19 +93,27 @@ def available_power(aircraft: Aircraft, point: PowerPoint) -> float:
     return (point.engine_power - 1e3 * drive.accessory_power) * drive.efficiency
 
 
-def calibrate(aircraft: Aircraft, split: str) -> dict[str, float]:
-    """The two constants of ``split`` that meet hover and cruise power, by Newton's method with exact derivatives."""
+def calibrate(
+    aircraft: Aircraft, split: str, *, fidelity: Fidelity | None = None, stalling_tail: bool = True
+) -> dict[str, float]:
+    """The two constants of ``split`` that meet hover and cruise power, by Newton's method with exact derivatives.
+
+    The third constant is as in ``aircraft``; a section drag level is solved with an induced-power factor of one. Raises
+    :class:`NoSolutionError` where a point has no trim on the way or the powers can not be met.
+    """
     names = SPLITS[split]
-    constants = calibrated_constants(aircraft)
-    if split == "section drag level":
-        constants["induced_power_factor"] = 1.0
+    constants = starting_constants(aircraft, split)
+    targets = np.array([available_power(aircraft, point) for point in POINTS])
+    last: list[Solution | None] = [None, None]
     for _ in range(20):
         residual, jacobian = np.zeros(2), np.zeros((2, 2))
-        for i, point in enumerate((HOVER, CRUISE)):
-            power, slopes = rotor_power(aircraft, point, constants)
-            target = available_power(aircraft, point)
-            residual[i] = power / target - 1
-            jacobian[i] = [slopes[name] / target for name in names]
+        for i, point in enumerate(POINTS):
+            system, solution = trim_at(
+                point, aircraft, constants, fidelity=fidelity, stalling_tail=stalling_tail, guess=last[i]
+            )
+            last[i], slopes = solution, system.sensitivities(solution)
+            residual[i] = rotor_power(solution) / targets[i] - 1
+            jacobian[i] = [sum(slopes[power][name] for power in POWERS) / targets[i] for name in names]
         if np.max(np.abs(residual)) < 1e-9:
             return {name: constants[name] for name in names}
         step = np.linalg.solve(jacobian, -residual)
@@ -93,13 +122,24 @@ def calibrate(aircraft: Aircraft, split: str) -> dict[str, float]:
     raise NoSolutionError(f"calibration: {split}: residual {residual} after 20 iterations")
 
 
+def starting_constants(aircraft: Aircraft, split: str) -> dict[str, float]:
+    """All calibrated constants as ``split`` leaves them before it solves its two."""
+    constants = calibrated_constants(aircraft)
+    return constants | {"induced_power_factor": 1.0} if split == "section drag level" else constants
+
+
+def allowed_range(aircraft: Aircraft, name: str) -> tuple[float, float] | None:
+    """Sourced range of a calibrated constant, None where the data gives none."""
+    origins = {**aircraft.main_rotor.provenance, **aircraft.fuselage.provenance}
+    return origins[name].range
+
+
 def main() -> None:
     aircraft = load_aircraft("bo105")
-    origins = {**aircraft.main_rotor.provenance, **aircraft.fuselage.provenance}
     for split in SPLITS:
         print(f"{split}:")
         for name, value in calibrate(aircraft, split).items():
-            allowed = origins[name].range
+            allowed = allowed_range(aircraft, name)
             inside = allowed is None or allowed[0] <= value <= allowed[1]
             print(f"  {name:22s} {value:.6g}   range {allowed}   {'inside' if inside else 'OUTSIDE'}")
 

@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 
 from vrsopt.aircraft import DATA, load_aircraft
+from vrsopt.equilibrium import calibrated_constants
+from vrsopt.rotor.airfoil import load_section
+from vrsopt.rotor.fidelity import Fidelity
 
 SCRIPT = runpy.run_path(str(Path(__file__).parents[1] / "problems" / "calibrate_rotor.py"), run_name="calibrate_rotor")
 AIRCRAFT = load_aircraft("bo105")
@@ -42,9 +45,8 @@ def test_only_two_constants_are_solved_in_each_split():
 
 
 def test_default_values_are_inside_their_ranges():
-    origins = {**AIRCRAFT.main_rotor.provenance, **AIRCRAFT.fuselage.provenance}
     for name, record in (("induced_power_factor", AIRCRAFT.main_rotor), ("parasite_area", AIRCRAFT.fuselage)):
-        low, high = origins[name].range
+        low, high = SCRIPT["allowed_range"](AIRCRAFT, name)
         assert low < getattr(record, name) < high
 
 
@@ -65,11 +67,19 @@ def test_other_split_reproduces_the_shipped_variant():
 @pytest.mark.parametrize("variant", [None, "section_drag_level"])
 def test_both_splits_meet_both_points(variant):
     aircraft = AIRCRAFT if variant is None else AIRCRAFT.variant(variant)
-    constants = {
-        "induced_power_factor": aircraft.main_rotor.induced_power_factor,
-        "section_drag_level": aircraft.main_rotor.section_drag_level,
-        "parasite_area": aircraft.fuselage.parasite_area,
-    }
     for point in (SCRIPT["HOVER"], SCRIPT["CRUISE"]):
-        power, _ = SCRIPT["rotor_power"](aircraft, point, constants)
-        assert aircraft.transmission.power_per_engine(power) * 2 == pytest.approx(514e3, rel=1e-4)
+        _, solution = SCRIPT["trim_at"](point, aircraft, calibrated_constants(aircraft))
+        engines = aircraft.transmission.power_per_engine(SCRIPT["rotor_power"](solution)) * 2
+        assert engines == pytest.approx(514e3, rel=1e-4)
+
+
+def test_another_model_meets_both_points_with_constants_of_its_own():
+    coarse = Fidelity(harmonics=2, azimuths=16, stations=6, flap_modes=1, lag_modes=1, dynamic_stall=False)
+    aircraft = AIRCRAFT.replaced(main_rotor=AIRCRAFT.main_rotor.replaced(section=load_section("naca_0012")))
+    solved = SCRIPT["calibrate"](aircraft, "section drag level", fidelity=coarse, stalling_tail=False)
+    constants = SCRIPT["starting_constants"](aircraft, "section drag level") | solved
+    assert constants["induced_power_factor"] == 1.0
+    for point in (SCRIPT["HOVER"], SCRIPT["CRUISE"]):
+        _, solution = SCRIPT["trim_at"](point, aircraft, constants, fidelity=coarse, stalling_tail=False)
+        engines = aircraft.transmission.power_per_engine(SCRIPT["rotor_power"](solution)) * 2
+        assert engines == pytest.approx(514e3, rel=1e-8)
