@@ -20,15 +20,23 @@ def disc(**choice) -> Inflow:
     return Inflow.at(RADIUS, AREA / RADIUS, AZIMUTH, blades=4, **choice)
 
 
+def root(x: ca.MX, residual: ca.MX, start: np.ndarray) -> np.ndarray:
+    """Solution of residual(x) = 0 by Newton with its exact Jacobian."""
+    both = ca.Function("both", [x], [residual, ca.jacobian(residual, x)])
+
+    def call(k):
+        return lambda z: np.array(both(z)[k]).squeeze()
+
+    z = fsolve(call(0), start, fprime=call(1), xtol=1e-13)
+    assert np.max(np.abs(call(0)(z))) < 1e-9
+    return z
+
+
 def steady(inflow: Inflow, load: np.ndarray, wind=(0.0, 0.0, 0.0), **motion) -> np.ndarray:
     """States under a given load of one blade (E, N)."""
-
-    def residual(state):
-        return np.array(ca.DM(inflow.residual(ca.DM(state), ca.DM(load), wind=wind, **motion))).ravel()
-
-    state, _, flag, message = fsolve(residual, np.r_[0.03, np.zeros(inflow.size - 1)], xtol=1e-13, full_output=True)
-    assert np.max(np.abs(residual(state))) < 1e-9, message
-    return state
+    state = ca.MX.sym("state", inflow.size)
+    start = np.r_[0.03, np.zeros(inflow.size - 1)]
+    return root(state, inflow.residual(state, ca.DM(load), wind=wind, **motion), start)
 
 
 def blade_load(pressure: np.ndarray, thrust: float) -> np.ndarray:
@@ -49,8 +57,8 @@ def test_state_sets():
     assert cosine == ((0, 1), (0, 3), (1, 2), (1, 4), (2, 3), (3, 4))
     assert sine == ((1, 2), (1, 4), (2, 3), (3, 4))
     assert [len(group) for group in states(4, 5)] == [9, 6]
-    inflow = disc(blade_passage=True)  # four blades need harmonic 4
-    assert (inflow.mean_size, inflow.size, len(set(inflow.names))) == (15, 45, 45)
+    inflow = disc(blade_passage=True)  # four blades need harmonics up to 5
+    assert inflow.cosine == states(5, 6)[0] and inflow.size == 3 * inflow.mean_size == len(set(inflow.names))
 
 
 def test_double_factorial():
@@ -131,24 +139,22 @@ R = 0.2 + 0.4 * (np.polynomial.legendre.leggauss(32)[0] + 1)
 DR = 0.4 * np.polynomial.legendre.leggauss(32)[1]
 
 
-def lift(root: float, twist: float, induced: np.ndarray) -> np.ndarray:
+def lift(root, twist, radius, induced):
     """dC_T / dr."""
-    return np.asarray(SOLIDITY * SLOPE / 2 * ((root - twist * (R - 0.75)) * R**2 - induced * R))
+    return SOLIDITY * SLOPE / 2 * ((root - twist * (radius - 0.75)) * radius**2 - induced * radius)
 
 
 def hover_power(twist: float, inflow: Inflow) -> float:
     """C_P at the thrust coefficient THRUST with the finite states."""
-
-    def residual(z):
-        v = velocity(inflow, z[1:])
-        load = np.column_stack([lift(z[0], twist, v[:, k]) for k in range(v.shape[1])])
-        r = inflow.residual(ca.DM(z[1:]), ca.DM(load * np.pi / inflow.blades), wind=(0.0, 0.0, 0.0))
-        return np.r_[DR @ load.mean(axis=1) / THRUST - 1, 1e3 * np.array(ca.DM(r)).ravel()]
-
-    z = fsolve(residual, np.r_[0.15, 0.03, np.zeros(inflow.size - 1)], xtol=1e-11)
-    assert np.max(np.abs(residual(z))) < 1e-8
-    v = velocity(inflow, z[1:])
-    return float(np.mean([DR @ (lift(z[0], twist, u) * u) for u in v.T]) + SOLIDITY * DRAG / 8)
+    unknown = ca.MX.sym("unknown", 1 + inflow.size)
+    v = inflow.induced(unknown[1:])
+    load = lift(unknown[0], twist, ca.repmat(ca.DM(R), 1, v.shape[1]), v)
+    around = ca.sum2(load) / v.shape[1]
+    inflow_residual = inflow.residual(unknown[1:], load * np.pi / inflow.blades, wind=(0.0, 0.0, 0.0))
+    residual = ca.vertcat(ca.dot(ca.DM(DR), around) / THRUST - 1, 1e3 * inflow_residual)
+    z = root(unknown, residual, np.r_[0.15, 0.03, np.zeros(inflow.size - 1)])
+    induced = ca.dot(ca.DM(DR), ca.sum2(load * v) / v.shape[1])
+    return float(ca.Function("power", [unknown], [induced])(z)) + SOLIDITY * DRAG / 8
 
 
 def annular_power(twist: float, *, blades: float = np.inf) -> float:
@@ -157,11 +163,13 @@ def annular_power(twist: float, *, blades: float = np.inf) -> float:
     def residual(z):
         v = z[1:]
         f = 1.0 if np.isinf(blades) else 2 / np.pi * np.arccos(np.exp(-blades / 2 * (1 - R) / np.maximum(v, 1e-3)))
-        return np.r_[DR @ lift(z[0], twist, v) / THRUST - 1, 100 * (4 * f * v * np.abs(v) * R - lift(z[0], twist, v))]
+        return np.r_[
+            DR @ lift(z[0], twist, R, v) / THRUST - 1, 100 * (4 * f * v * np.abs(v) * R - lift(z[0], twist, R, v))
+        ]
 
     z = fsolve(residual, np.r_[0.15, np.full(len(R), 0.05)], xtol=1e-11)
     assert np.max(np.abs(residual(z))) < 1e-8
-    return float(DR @ (lift(z[0], twist, z[1:]) * z[1:]) + SOLIDITY * DRAG / 8)
+    return float(DR @ (lift(z[0], twist, R, z[1:]) * z[1:]) + SOLIDITY * DRAG / 8)
 
 
 @pytest.mark.parametrize("twist_deg", [0.0, 8.0, 16.0])

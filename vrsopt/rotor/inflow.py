@@ -111,10 +111,11 @@ class Inflow:
     ) -> Inflow:
         """States up to the given harmonic and shape on a grid of radii and quadrature weights over R and azimuths.
 
-        With ``blade_passage`` at least up to the harmonic of the number of blades: in hover only that one feels it.
+        With ``blade_passage`` at least up to the harmonic after that of the number of blades: in hover only the latter
+        is felt, in flight its neighbours are, too.
         """
         if blade_passage:
-            highest_harmonic, highest_shape = max(highest_harmonic, blades), max(highest_shape, blades + 1)
+            highest_harmonic, highest_shape = max(highest_harmonic, blades + 1), max(highest_shape, blades + 2)
         cosine, sine = states(highest_harmonic, highest_shape)
         return cls(cosine, sine, radius, weight, azimuth, blades, blade_passage)
 
