@@ -95,6 +95,29 @@ def test_trim_table(capsys):
     assert "kg/h" in out and "flyable          yes" in out
 
 
+def test_trim_draws_the_rotor(capsys, tmp_path):
+    folder = tmp_path / "point"
+    code, out, _ = run(capsys, "trim", "--mass", 2200, "--speed", 30, "--load-factor", 1.2, "--out", folder)
+    assert code == 0
+    assert "rotor_maps.png" in out
+    assert (folder / "rotor_map.nc").exists()
+    taken = tmp_path / "file"
+    taken.write_text("mine")
+    code, _, error = run(capsys, "trim", "--mass", 2200, "--speed", 30, "--out", taken)
+    assert code == 2 and "folder" in error
+    assert taken.read_text() == "mine"
+
+
+def test_trim_near_the_ground_needs_less_power(capsys):
+    near, far = (
+        json.loads(run(capsys, "trim", "--mass", 2200, "--speed", 0, "--json", *more)[1])
+        for more in (("--hub-height", 4), ())
+    )
+    assert near["main_rotor_power_w"] < 0.95 * far["main_rotor_power_w"]
+    code, _, error = run(capsys, "trim", "--mass", 2200, "--speed", 0, "--hub-height", 1)
+    assert code == 2 and "hub_height = 1: at least 2.455" in error
+
+
 def test_point_that_may_not_be_flown_is_no_failure(capsys):
     figures = run_json(capsys, "trim", "--mass", 2500, "--speed", 40, "--climb-angle-deg", 18)
     assert (figures["success"], figures["feasible"]) == (True, False)

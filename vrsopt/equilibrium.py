@@ -192,6 +192,12 @@ class TrimEquations:
             drag_level=v["section_drag_level"],
         )
 
+    @property
+    def tail_force(self) -> Any:
+        """Force of the tail rotor (3,), body axes [N], less what the fin takes of its thrust."""
+        tail = self.tail_rotor
+        return ca.vertcat(-tail.drag, self.aircraft.tail_rotor.fin_blockage * tail.thrust, 0)
+
     @cached_property
     def airframe(self) -> AirframeLoads:
         """Loads of fuselage and tail surfaces."""
@@ -221,10 +227,9 @@ class TrimEquations:
         v, aircraft, rotor = self.value, self.aircraft, self.aircraft.main_rotor
         hub_force = ca.mtimes(self.to_body, self.rotor.loads.force)
         hub_moment = ca.mtimes(self.to_body, self.rotor.loads.moment)
-        tail, frame = self.tail_rotor, self.airframe
-        tail_force = ca.vertcat(-tail.drag, aircraft.tail_rotor.fin_blockage * tail.thrust, 0)
-        aerodynamic = hub_force + frame.force + tail_force + ca.vertcat(0, 0, self.download)
-        moment = hub_moment + ca.cross(self.hub, hub_force) + frame.moment + ca.cross(self.tail_hub, tail_force)
+        frame = self.airframe
+        aerodynamic = hub_force + frame.force + self.tail_force + ca.vertcat(0, 0, self.download)
+        moment = hub_moment + ca.cross(self.hub, hub_force) + frame.moment + ca.cross(self.tail_hub, self.tail_force)
         spin = rotor.blades * rotor.flap_inertia * v["rotor_speed"] * ca.mtimes(self.to_body, ca.DM([0, 0, 1]))
         angular_momentum = ca.mtimes(ca.DM(aircraft.loading.inertia.matrix), self.rates) + spin
         return ca.vertcat(
@@ -274,14 +279,14 @@ class TrimEquations:
         thrust = response.loads.force[2]
         ideal = thrust * ca.sqrt(ca.fmax(thrust, 0.0) / (2 * self.air.density * pi * rotor.radius**2))
         climb = weight * v["speed"] * ca.sin(v["climb_angle"])
-        download = ca.vertcat(0, 0, self.download)
+        drag = self.airframe.force + self.tail_force + ca.vertcat(0, 0, self.download)
         return {
             "main_rotor_power": ("W", response.loads.power),
             "tail_rotor_power": ("W", tail.power),
             "induced_power": ("W", response.loads.induced_power),
             "profile_power": ("W", response.loads.profile_power),
             "propulsive_power": ("W", -ca.dot(response.loads.force, response.wind)),
-            "parasite_power": ("W", -ca.dot(self.airframe.force + download, self.velocity)),
+            "parasite_power": ("W", -ca.dot(drag, self.velocity)),
             "climb_power": ("W", climb),
             "thrust": ("N", thrust),
             "hub_roll_moment": ("N m", -response.loads.moment[0]),

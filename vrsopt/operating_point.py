@@ -91,8 +91,8 @@ class OperatingPoint:
 
     @property
     def powers(self) -> dict[str, float]:
-        """Where the power of the rotors goes [W], each its own integral: their sum is the power at the shaft within
-        the work of structural damping and of the tail rotor's drag."""
+        """Where the power of the rotors goes [W], each its own integral: their sum is the power at the shafts within
+        the work of structural damping. Parasite: all that is dragged through the air, the tail rotor too."""
         if not self.trim.success:
             return {}
         out = self.solution.outputs
