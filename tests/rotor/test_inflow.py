@@ -22,13 +22,9 @@ def disc(**choice) -> Inflow:
 
 def root(x: ca.MX, residual: ca.MX, start: np.ndarray) -> np.ndarray:
     """Solution of residual(x) = 0 by Newton with its exact Jacobian."""
-    both = ca.Function("both", [x], [residual, ca.jacobian(residual, x)])
-
-    def call(k):
-        return lambda z: np.array(both(z)[k]).squeeze()
-
-    z = fsolve(call(0), start, fprime=call(1), xtol=1e-13)
-    assert np.max(np.abs(call(0)(z))) < 1e-9
+    value, slope = (ca.Function("f", [x], [f]) for f in (residual, ca.jacobian(residual, x)))
+    z = fsolve(lambda z: value(z).full().ravel(), start, fprime=lambda z: slope(z).full(), xtol=1e-13)
+    assert np.max(np.abs(value(z))) < 1e-9
     return z
 
 
