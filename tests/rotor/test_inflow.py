@@ -24,7 +24,7 @@ def root(x: ca.MX, residual: ca.MX, start: np.ndarray) -> np.ndarray:
     """Solution of residual(x) = 0 by Newton with its exact Jacobian."""
     value, slope = (ca.Function("f", [x], [f]) for f in (residual, ca.jacobian(residual, x)))
     z = fsolve(lambda z: value(z).full().ravel(), start, fprime=lambda z: slope(z).full(), xtol=1e-13)
-    assert np.max(np.abs(value(z))) < 1e-9
+    assert np.max(np.abs(value(z).full())) < 1e-9
     return z
 
 
