@@ -224,13 +224,13 @@ class TrimEquations:
         The blades' inertial loads on the hub are in the momentum of the whole aircraft, and in the angular momentum of
         the main rotor, which a turn has to tilt; that of the tail rotor (2 % of it) is neglected.
         """
-        v, aircraft, rotor = self.value, self.aircraft, self.aircraft.main_rotor
+        v, aircraft = self.value, self.aircraft
         hub_force = ca.mtimes(self.to_body, self.rotor.loads.force)
         hub_moment = ca.mtimes(self.to_body, self.rotor.loads.moment)
         frame = self.airframe
         aerodynamic = hub_force + frame.force + self.tail_force + ca.vertcat(0, 0, self.download)
         moment = hub_moment + ca.cross(self.hub, hub_force) + frame.moment + ca.cross(self.tail_hub, self.tail_force)
-        spin = rotor.blades * rotor.flap_inertia * v["rotor_speed"] * ca.mtimes(self.to_body, ca.DM([0, 0, 1]))
+        spin = ca.mtimes(self.to_body, self.rotor.loads.angular_momentum)
         angular_momentum = ca.mtimes(ca.DM(aircraft.loading.inertia.matrix), self.rates) + spin
         return ca.vertcat(
             aerodynamic + v["mass"] * (GRAVITY * self.down - self.acceleration),
@@ -280,13 +280,15 @@ class TrimEquations:
         ideal = thrust * ca.sqrt(ca.fmax(thrust, 0.0) / (2 * self.air.density * pi * rotor.radius**2))
         climb = weight * v["speed"] * ca.sin(v["climb_angle"])
         drag = self.airframe.force + self.tail_force + ca.vertcat(0, 0, self.download)
+        moment = self.airframe.moment + ca.cross(self.tail_hub, self.tail_force)
+        propulsive = ca.dot(response.loads.moment, self.state.hub_rate) - ca.dot(response.loads.force, response.wind)
         return {
             "main_rotor_power": ("W", response.loads.power),
             "tail_rotor_power": ("W", tail.power),
             "induced_power": ("W", response.loads.induced_power),
             "profile_power": ("W", response.loads.profile_power),
-            "propulsive_power": ("W", -ca.dot(response.loads.force, response.wind)),
-            "parasite_power": ("W", -ca.dot(drag, self.velocity)),
+            "propulsive_power": ("W", propulsive),
+            "parasite_power": ("W", -ca.dot(drag, self.velocity) - ca.dot(moment, self.rates)),
             "climb_power": ("W", climb),
             "thrust": ("N", thrust),
             "hub_roll_moment": ("N m", -response.loads.moment[0]),

@@ -78,14 +78,16 @@ class Elements:
 class HubLoads:
     """Mean loads of the rotor on the hub, hub frame, and the power it takes; CasADi expressions.
 
-    force: aft, right, up [N]; moment about the hub: about the aft, right and up axes [N m]; power [W].
-    induced_power: work of the lift against the induced velocity [W]. profile_power: drag of the sections times the
-    velocity they feel [W]. Shaft power = induced + profile - force . wind, up to the work of structural damping and of
-    the blade's own pitching.
+    force: aft, right, up [N]; moment about the hub: about the aft, right and up axes [N m], both of the air alone.
+    angular_momentum of the blades [N m s]: along the shaft and, with the disc, tilted from it; a hub that rotates has
+    to turn it. power [W] at the shaft. induced_power: work of the lift against the induced velocity [W]. profile_power:
+    drag of the sections times the velocity they feel [W]. Shaft power = induced + profile - force . wind + moment .
+    hub rate, up to the work of structural damping and of the blade's own pitching.
     """
 
     force: Any
     moment: Any
+    angular_momentum: Any
     power: Any
     induced_power: Any
     profile_power: Any
@@ -155,7 +157,7 @@ class RotorModel:
         return Response(
             blade_residual=blade_residual,
             inflow_residual=inflow_residual,
-            loads=self._hub_loads(section, elements, Omega),
+            loads=self._hub_loads(section, elements, state),
             wind=state.wind,
             advance_ratio=_in_plane(wind),
             mean_induced=self._induced_factor(state) * self.inflow.mean(state.inflow),
@@ -216,11 +218,11 @@ class RotorModel:
         near_ground = ground_factor(state.ground_proximity, advance_ratio, self.inflow.mean(state.inflow))
         return state.induced_power_factor * near_ground
 
-    def _hub_loads(self, section: SectionLoads, elements: Elements, Omega: Any) -> HubLoads:
+    def _hub_loads(self, section: SectionLoads, elements: Elements, state: RotorState) -> HubLoads:
         """Mean over a revolution of the aerodynamic loads at their deflected positions r e_r + v e_psi + h e_z.
 
         In steady periodic motion the mean inertial force and moment of the blades vanish, but for the angular momentum
-        that the hub's own rotation turns, which is the aircraft's matter.
+        that the hub's own rotation turns: the shaft gives its part about the shaft, the rest is the aircraft's matter.
         """
         motion, precone = elements.motion, radians(self.rotor.precone)
         r = ca.mtimes(ca.DM(self.radius), ca.DM.ones(1, len(self.azimuth)))
@@ -240,7 +242,23 @@ class RotorModel:
         moment = ca.vertcat(
             mean(about_r, cos) - mean(about_psi, sin), mean(about_r, sin) + mean(about_psi, cos), mean(about_z)
         )
-        return HubLoads(force, moment, -moment[2] * Omega, mean(F_z * elements.induced), mean(section.dissipation))
+        angular_momentum = self._angular_momentum(state)
+        torque = ca.cross(state.hub_rate, angular_momentum)[2] - moment[2]
+        return HubLoads(
+            force,
+            moment,
+            angular_momentum,
+            power=torque * state.rotor_speed,
+            induced_power=mean(F_z * elements.induced),
+            profile_power=mean(section.dissipation),
+        )
+
+    def _angular_momentum(self, state: RotorState) -> Any:
+        """Mean of r x v dm over all blades (3,), hub frame, to the first order in their flapping."""
+        flap, *_ = self.blade.equations.split(state.blade)
+        tilt = ca.mtimes(ca.DM(self.blade.equations.flap_moment).T, flap[:, 1:3])
+        inertia = ca.vertcat(-tilt[0], -tilt[1], self.rotor.flap_inertia)
+        return self.rotor.blades * state.rotor_speed * inertia
 
 
 def _in_plane(wind: Any) -> Any:
