@@ -23,7 +23,7 @@ from scipy.linalg import block_diag, eigh
 from vrsopt.aircraft import Blade
 
 Family = Literal["flap", "lag", "torsion"]
-ELEMENTS = 40
+ELEMENTS, ROOT_ELEMENTS = 50, 120  # per blade length; curvature falls off steeply from the root
 GAUSS_POINTS = 5
 
 
@@ -104,8 +104,11 @@ class Beam:
         matrices = self.matrices(family)
         root = 1 if family == "torsion" else 2  # fixed there: the angle; the deflection and its slope
         mass, elastic, centrifugal = (matrix[root:, root:] for matrix in matrices)
-        vectors = eigh(elastic + rotor_speed**2 * centrifugal, mass)[1][:, :count]
-        shapes = np.vstack([np.zeros((root, count)), vectors / vectors[-2]])
+        shapes = np.zeros((len(self.nodes) * 2, count))
+        if count:
+            stiffness = elastic + rotor_speed**2 * centrifugal
+            vectors = eigh(stiffness, mass, subset_by_index=(0, count - 1))[1]
+            shapes[root:] = vectors / vectors[-2]
         return Modes(self.nodes, shapes, *(shapes.T @ matrix @ shapes for matrix in matrices))
 
     def _integral(self, order: int, density: np.ndarray) -> np.ndarray:
@@ -114,12 +117,11 @@ class Beam:
 
 
 def _nodes(station: np.ndarray) -> np.ndarray:
-    """Radii of about ``ELEMENTS`` elements, nearly equal, with a node at every station: no element straddles a kink."""
-    share = np.diff(station) * ELEMENTS / (station[-1] - station[0])
-    pieces = [
-        np.linspace(a, b, max(2, round(n)), endpoint=False)
-        for a, b, n in zip(station[:-1], station[1:], share, strict=True)
-    ]
+    """Radii of elements equal in each segment, finer near the root, with a node at every station: none spans a kink."""
+    span = station[-1] - station[0]
+    density = np.where(station[:-1] < station[0] + 0.2 * span, ROOT_ELEMENTS, ELEMENTS)
+    counts = np.maximum(2, np.round(density * np.diff(station) / span)).astype(int)
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(station[:-1], station[1:], counts, strict=True)]
     return np.concatenate([*pieces, station[-1:]])
 
 

@@ -44,7 +44,7 @@ class BladeDynamics:
         self.harmonics = Harmonics(fidelity.harmonics, fidelity.azimuths)
         self.equations = BladeEquations(rotor, fidelity)
         families = {"flap": self.equations.flap, "lag": self.equations.lag, "torsion": self.equations.torsion}
-        self.names = tuple(f"{family}{k + 1}" for family, modes in families.items() for k in range(modes.count))
+        self.names = self.equations.names
         usual = {"flap1": 0.3, "flap": 0.05, "lag1": 0.1, "lag": 0.02, "torsion1": 0.03, "torsion": 0.01}
         # m and rad, typical motion
         self.scales = tuple(usual.get(name, usual[name.rstrip("0123456789")]) for name in self.names)

@@ -11,7 +11,8 @@ with the flap w (up), the lag v (leading) and their slopes. The section is pitch
 Omega + omega_z): the rotor speed and the aircraft's angular velocity; d(omega_r)/dt = Omega omega_t and d(omega_t)/dt
 = -Omega omega_r, since a steady angular velocity is seen turning from the blade. f = (f_t, f_z) is the specific force.
 
-Hamilton's principle with the Lagrangian per length (terms to the third order in v, w; first in e and in hub rates)
+Hamilton's principle with the Lagrangian per length, terms to the third order in deflections, hub rates and e (of the
+latter without the Coriolis force, a few per mille of the blade's for an e of centimetres),
 
     m/2 (v_t^2 + w_t^2 + Omega^2 v^2) - Omega^2 m r S + 2 Omega m v S_t + hub rates - m (f_t v + f_z w)
     + m e [W_t (sin theta)_t + v_t (cos theta)_t + Omega^2 (v cos theta - r (v' cos theta + W' sin theta))]
@@ -23,10 +24,11 @@ and D = EI_lag - EI_flap (Omega stands for Omega + omega_z where it is squared):
 
     flap     m w_tt + (EI_flap w'')'' - Omega^2 (T W')' - 2 Omega (N W')' + [D (w'' sin^2 theta + v'' sin 2theta / 2)]''
              + m (2 Omega omega_r r + 2 omega_r v_t + 2 Omega omega_t v + f_z)
-             + m e (sin theta)_tt - (m e Omega^2 r sin theta)' = F_z
+             + m e [(sin theta)_tt + 2 omega_r (cos theta)_t + 2 Omega omega_t cos theta]
+             - (m e Omega^2 r sin theta)' = F_z
     lag      m (v_tt - Omega^2 v) + (EI_lag v'')'' - Omega^2 (T v')' - 2 Omega (N v')' - 2 Omega m S_t
-             + [D (w'' sin 2theta / 2 - v'' sin^2 theta)]'' + m (f_t - 2 omega_r W_t)
-             + m e [(cos theta)_tt - Omega^2 cos theta] - (m e Omega^2 r cos theta)' = F_t
+             + [D (w'' sin 2theta / 2 - v'' sin^2 theta)]'' + m (f_t - 2 omega_r W_t
+             + omega_r omega_t r) + m e [(cos theta)_tt - 2 omega_r (sin theta)_t - Omega^2 cos theta] - (m e Omega^2 r cos theta)' = F_t
     torsion  I [theta_tt + Omega^2 sin 2theta / 2 + Omega omega_t (1 + cos 2theta)] - (GJ p')'
              + D [v'' w'' cos 2theta + (w''^2 - v''^2) sin 2theta / 2]
              + m e {cos theta [w_tt + Omega^2 r W' + 2 Omega omega_r r + f_z]
@@ -92,6 +94,11 @@ class BladeEquations:
         self.lag: Modes = beam.modes("lag", rotor_speed=nominal, count=fidelity.lag_modes)
         self.torsion: Modes = beam.modes("torsion", rotor_speed=nominal, count=fidelity.torsion_modes)
         families = (self.flap, self.lag, self.torsion)
+        self.names = tuple(
+            f"{name}{k + 1}"
+            for name, modes in zip(("flap", "lag", "torsion"), families, strict=True)
+            for k in range(modes.count)
+        )
         self.size = sum(modes.count for modes in families)
         self.mass = block_diag(*(modes.mass for modes in families))
         self.elastic = block_diag(*(modes.elastic for modes in families))
@@ -110,7 +117,8 @@ class BladeEquations:
         """Load vectors of m and m r, and the tensors of the Coriolis terms, by the quadrature of the elements."""
         r, dm = beam.radius, beam.mass_per_length * beam.weight
         phi, psi = self.flap.at(r), self.lag.at(r)
-        self.flap_weight, self.flap_moment, self.lag_weight = phi.T @ dm, phi.T @ (dm * r), psi.T @ dm
+        self.flap_weight, self.flap_moment = phi.T @ dm, phi.T @ (dm * r)
+        self.lag_weight, self.lag_moment = psi.T @ dm, psi.T @ (dm * r)
         height = np.column_stack([phi, r])  # flap modes and precone
         self.flap_lag_mass = (height * dm[:, None]).T @ psi  # (n_flap + 1, n_lag)
         flap_slope = np.column_stack([self.flap.at(r, 1), np.ones_like(r)])
@@ -172,14 +180,16 @@ class BladeEquations:
         bending, bending_rate = ca.vertcat(w, precone * row, v), ca.vertcat(height_rate, v_rate)
 
         swept = 2 * _rows(radial, v_rate) * v_rate + 2 * frame.rotor_speed * _rows(tangential, v) * v
-        load = speed**2 * precone * row + 2 * frame.rotor_speed * radial  # times m r
+        load = speed**2 * precone * row + (frame.rotor_speed + speed) * radial  # times m r
         flap = (
             ca.mtimes(self.flap_moment, load)
             + ca.mtimes(self.flap_weight, frame.force_up * row)
             + ca.mtimes(self.flap_lag_mass[:-1], swept)
         )
-        lag = ca.mtimes(self.lag_weight, frame.force_along * row) - 2 * ca.mtimes(
-            self.flap_lag_mass.T, _rows(radial, height_rate) * height_rate
+        lag = (
+            ca.mtimes(self.lag_weight, frame.force_along * row)
+            + ca.mtimes(self.lag_moment, radial * tangential)
+            - 2 * ca.mtimes(self.flap_lag_mass.T, _rows(radial, height_rate) * height_rate)
         )
         for k, form in enumerate(self.coriolis):
             slopes = 2 * speed * ca.mtimes(form, bending)
@@ -238,14 +248,18 @@ class BladeEquations:
         lead_slope, lead = ca.mtimes(self.lag_slope, v), ca.mtimes(self.lag_shape, v)
         arm, inertia = self.radius[:, None], (self.rotor.blade.mass_centre_offset * self.section_mass)[:, None]
 
-        flap = ca.mtimes((self.flap_shape * inertia).T, cosine * theta_tt - sine * theta_t**2)
+        radial = ca.mtimes(column, 2 * frame.radial_rate * row)
+        tangential = ca.mtimes(column, 2 * frame.rotor_speed * frame.tangential_rate * row)
+        up = cosine * theta_tt - sine * theta_t**2 + tangential * cosine - radial * sine * theta_t
+        along = -sine * theta_tt - cosine * theta_t**2 - square * cosine - radial * cosine * theta_t
+        flap = ca.mtimes((self.flap_shape * inertia).T, up)
         flap += square * ca.mtimes((self.flap_slope * arm * inertia).T, sine)
-        lag = ca.mtimes((self.lag_shape * inertia).T, -sine * theta_tt - cosine * theta_t**2 - square * cosine)
+        lag = ca.mtimes((self.lag_shape * inertia).T, along)
         lag += square * ca.mtimes((self.lag_slope * arm * inertia).T, cosine)
         along_radius = ca.mtimes(self.radius, row)
         up = ca.mtimes(self.flap_shape, w_tt) + square * along_radius * slope
         up += ca.mtimes(column, frame.force_up * row)
-        up += ca.mtimes(self.radius, 2 * frame.rotor_speed * frame.radial_rate * row)
+        up += frame.rotor_speed * radial * along_radius
         along = ca.mtimes(self.lag_shape, v_tt) + square * (along_radius * lead_slope - lead)
         along += ca.mtimes(column, frame.force_along * row)
         torsion = ca.mtimes((self.angle * inertia).T, cosine * up - sine * along)
