@@ -15,15 +15,15 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from vrsopt.residual import ResidualSystem
-from vrsopt.solution import Solution
+from vrsopt.solution import Branch, Solution
 from vrsopt.solvers.status import Status
 
 Stage = Literal["guess", "momentum", "tail rotor", "homotopy", "arclength"]
 SUSPICIOUS = 0.03  # smallest singular value of the scaled Jacobian; 0.1 to 0.2 in ordinary flight
-ROUGH = 1.5  # the value from Newton's last Jacobian may be too large by this factor
+ROUGH = 1.3  # the value from Newton's last Jacobian may be too large by this factor
 SAME_POWER = 1e-5  # relative difference within which two trims are one
 HEAVIER = 1.1  # how far beyond its mass a suspicious trim is followed to see whether its way turns back
-LARGEST_EFFORT = 120  # Jacobians of one continuation
+LARGEST_EFFORT = 80  # Jacobians of one continuation
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class _Search:
             "arclength" if branch.folds else "homotopy",
             folds=branch.folds,
             jacobians=branch.jacobians,
-            reason="" if branch.solution.success else _reason(branch.folds, branch.furthest, easy, self.parameters),
+            reason="" if branch.solution.success else _reason(branch, easy, self.parameters),
         )
 
     @property
@@ -160,11 +160,10 @@ class _Search:
         return branch.solution.status is Status.INFEASIBLE
 
 
-def _reason(
-    folds: tuple[float, ...], furthest: float, easy: Mapping[str, float], parameters: Mapping[str, float]
-) -> str:
-    place = f"{100 * furthest:.0f} % of the way from easy flight"
+def _reason(branch: Branch, easy: Mapping[str, float], parameters: Mapping[str, float]) -> str:
+    """Where the trims that were followed from ``easy`` end."""
+    turns = f" after {len(branch.folds)} folds" if branch.folds else ""
     if set(easy) == {"mass"}:
-        place = f"{easy['mass'] + furthest * (parameters['mass'] - easy['mass']):.0f} kg"
-    turned = f", {len(folds)} folds" if folds else ""
-    return f"trims followed up to {place}{turned}"
+        heaviest = easy["mass"] + branch.furthest * (parameters["mass"] - easy["mass"])
+        return f"trims followed from {easy['mass']:.0f} kg reach {heaviest:.0f} kg and end{turns}"
+    return f"trims followed from easy flight reach {100 * branch.furthest:.0f} % of the way and end{turns}"
