@@ -22,7 +22,7 @@ class Fidelity:
     lag_modes: int = 2
     torsion_modes: int = 1
     highest_harmonic: int = 3
-    highest_shape: int = 4
+    highest_shape: int = 5
     blade_passage: bool = False
     wake_curvature: bool = True
     dynamic_stall: bool = True
