@@ -73,7 +73,8 @@ def load(name: str) -> Deck:
         return read_c81(name)
     with np.load(name) as archive:
         tables = [
-            Table(*(archive[key] for key in (f"c81_alpha_{q}", f"c81_mach_{q}", f"c81_{q}"))) for q in ("cl", "cd", "cm")
+            Table(*(archive[key] for key in (f"c81_alpha_{q}", f"c81_mach_{q}", f"c81_{q}")))
+            for q in ("cl", "cd", "cm")
         ]
     return Deck(Path(name).stem, *tables)
 

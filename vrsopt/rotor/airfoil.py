@@ -30,6 +30,7 @@ LOWEST_MACH = 0.2  # the deck is constant below
 NACA_0012_STALL: dict[str, tuple[float, ...]] = {
     "pressure_lag": (-0.9787, 17.68, -38.78, 30.92),
     "separation_lag": (5.149, -9.222, 6.664),
+    "reattachment_shift": (0.06159, -0.07348),
     "vortex_decay": (6.0,),
     "vortex_passage": (2.204, 22.56, -17.95),
     "critical_normal_force": (4.313, -17.2, 31.89, -21.03),
@@ -65,6 +66,7 @@ class Airfoil(Record):
     reversed_moment: Polynomial
     pressure_lag: Polynomial  # time constants of dynamic stall, semi-chords
     separation_lag: Polynomial
+    reattachment_shift: Polynomial  # as a sine: how much earlier the flow must come back than it left
     vortex_decay: Polynomial
     vortex_passage: Polynomial
     critical_normal_force: Polynomial
@@ -90,7 +92,7 @@ class Airfoil(Record):
         m = smooth_clip(mach, LOWEST_MACH, HIGHEST_LIFT_MACH)
         slope, s0 = self.attached_lift(m)
         forward = self.forward(cosine)
-        weight = self.attachment(sine, m) * forward
+        weight = attachment(sine, self.attached_limits(m)) * forward
         attached = slope * (sine * ca.sqrt(1 - s0**2) - cosine * s0)
         lift = weight * attached + (1 - weight) * self.separated(sine, cosine, m)
         return lift, self.drag(sine, mach, drag_level), self.moment(sine, cosine, m, weight, forward)
@@ -106,13 +108,14 @@ class Airfoil(Record):
         """Weight of forward flow: reversed flow is separated; the width only smooths the change-over."""
         return logistic(cosine / 0.08)
 
-    def attachment(self, sine: Any, m: Any) -> Any:
-        """Weight of the attached lift in forward flow."""
-        upper = logistic((polynomial(self.break_sine, m) - sine) / ca.exp(polynomial(self.log_break_width, m)))
-        lower = logistic(
-            (sine - polynomial(self.negative_break_sine, m)) / ca.exp(polynomial(self.log_negative_break_width, m))
+    def attached_limits(self, m: Any) -> tuple[Any, Any, Any, Any]:
+        """Sine and width of the positive, sine and width of the negative break."""
+        return (
+            polynomial(self.break_sine, m),
+            ca.exp(polynomial(self.log_break_width, m)),
+            polynomial(self.negative_break_sine, m),
+            ca.exp(polynomial(self.log_negative_break_width, m)),
         )
-        return upper * lower
 
     def separated(self, sine: Any, cosine: Any, m: Any) -> Any:
         """Lift coefficient of separated flow."""
@@ -142,6 +145,12 @@ class Airfoil(Record):
         # Trailing edge first the lift acts at three quarters of the chord.
         aft = -polynomial(self.reversed_moment, m) * cosine**2 * sine / ca.sqrt(sine**2 + 0.07**2)
         return weight * attached + (1 - weight) * separated + (1 - forward) * aft
+
+
+def attachment(sine: Any, limits: tuple[Any, Any, Any, Any]) -> Any:
+    """Weight of the attached lift in forward flow between the limits of :meth:`Airfoil.attached_limits`."""
+    upper, upper_width, lower, lower_width = limits
+    return logistic((upper - sine) / upper_width) * logistic((sine - lower) / lower_width)
 
 
 def load_section(name: str | Path) -> Airfoil:

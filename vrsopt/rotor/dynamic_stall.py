@@ -7,24 +7,34 @@ those of the static section.
 J. G. Leishman and T. S. Beddoes, A semi-empirical model for dynamic stall, J. American Helicopter Society 34 (1989);
 M. H. Hansen, M. Gaunaa and H. Aa. Madsen, A Beddoes-Leishman type dynamic stall model, Riso-R-1354 (2004);
 B. G. van der Wall and J. G. Leishman, J. American Helicopter Society 39 (1994), for the varying stream.
+
+Each step between two scans is a function of few numbers at one instant, and each scan a short function of two series:
+both give their derivatives cheaply, where one function of a whole station would cost three times as much.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from math import pi
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from vrsopt.atmosphere import Air
-from vrsopt.rotor.airfoil import HIGHEST_LIFT_MACH, LOWEST_MACH, Airfoil, logistic, polynomial, smooth_clip
-from vrsopt.rotor.section_loads import SectionLoads, flow_angles, resolved
+from vrsopt.atmosphere import Air, standard_air
+from vrsopt.errors import InputError
+from vrsopt.rotor.airfoil import HIGHEST_LIFT_MACH, LOWEST_MACH, Airfoil, attachment, logistic, polynomial, smooth_clip
+from vrsopt.rotor.periodic import fed, lagged, rate_of_change
+from vrsopt.rotor.section_loads import SLOWEST, SectionLoads, flow_angles, on_grid, resolved
 
 INDICIAL = ((0.3, 0.14), (0.7, 0.53))  # amplitudes and exponents of the circulatory step response
+IMPULSIVE = 0.75  # of the theoretical time constant of the impulsive lift
 GATE_WIDTH = 0.05  # of the normal force at which the vortex leaves
 CLOCK_WIDTH = 0.5  # semi-chords over which the vortex stops being fed
-REWIND, LEAK = 2.0, 60.0  # semi-chords: the clock of the vortex runs back attached, and never beyond the leak
-VORTEX_TRAVEL = 0.2  # of the chord: half of the way the centre of the vortex lift moves aft
+REWIND, LEAK = 2.0, 60.0  # semi-chords: the vortex clock runs back when attached, and never beyond the leak
+VORTEX_TRAVEL = 0.2  # of the chord: half of the way that the centre of the vortex lift moves aft
+FALLING = 0.01  # lag of the pressure, as a sine, that marks a falling angle of attack
 
 
 def unsteady_blade_loads(
@@ -45,140 +55,259 @@ def unsteady_blade_loads(
     outward U_R. pitch [rad] and pitch_rate [rad/s], the section's nose-up rotation about the span: (E, N).
     chord_recovery: chord force of attached flow by that recovery factor instead of the section's drag.
     """
-    E, N = pitch.shape
-    kernel = _kernel(section, chord, N, chord_recovery).map(E)
-    rows = ca.reshape(ca.vertcat(*(value.T for value in (*velocities, pitch, pitch_rate))), 5 * N, E)
-    common = ca.repmat(ca.vertcat(air.speed_of_sound, air.density, drag_level, rotor_speed), 1, E)
-    loads = kernel(rows, common)
-    return SectionLoads(*(loads[k * N : (k + 1) * N, :].T for k in range(5)))
+    felt = [value.T for value in (*velocities, pitch, pitch_rate)]  # (N, E): time runs down
+    step = 2 * pi / (rotor_speed * pitch.shape[1])
+    shared = [air.speed_of_sound, 2 * step / chord]
+    model = DynamicStall(section, chord, chord_recovery)
+    history = model.history(felt, shared, step)
+    loads = on_grid(model.loads, [*felt, *history], [air.speed_of_sound, air.density, drag_level])
+    return SectionLoads(*(value.T for value in loads))
 
 
-def _kernel(section: Airfoil, chord: float, count: int, chord_recovery: float | None) -> ca.Function:
-    """One station: velocities, pitch and pitch rate (5 N,), (speed of sound, density, drag level, rotor speed) -> 5 N
-    loads."""
-    state, common = ca.SX.sym("state", 5 * count), ca.SX.sym("common", 4)
-    U_T, U_P, U_R, pitch, pitch_rate = ca.vertsplit(state, count)
-    speed_of_sound, density, drag_level, rotor_speed = ca.vertsplit(common)
-    U, sine, cosine = flow_angles(U_T, U_P, pitch)
-    coefficients = unsteady_coefficients(
+@dataclass(frozen=True)
+class Flow:
+    """What the section feels at one instant; the properties are worked out where they are used.
+
+    speed [m/s], sine and cosine of the angle of attack, speed of sound [m/s].
+    """
+
+    section: Airfoil
+    speed: Any
+    sine: Any
+    cosine: Any
+    speed_of_sound: Any
+
+    @cached_property
+    def mach(self) -> Any:
+        return self.speed / self.speed_of_sound
+
+    @cached_property
+    def m(self) -> Any:
+        """Mach number held inside the fit of lift and moment."""
+        return smooth_clip(self.mach, LOWEST_MACH, HIGHEST_LIFT_MACH)
+
+    @cached_property
+    def beta_squared(self) -> Any:
+        return smooth_clip(1 - self.mach**2, 0.2, 2.0)
+
+    @cached_property
+    def forward(self) -> Any:
+        return self.section.forward(self.cosine)
+
+    @cached_property
+    def slope(self) -> Any:
+        return polynomial(self.section.lift_slope, self.m)
+
+    @cached_property
+    def from_zero(self) -> Any:
+        """Sine of the angle of attack from zero lift."""
+        s0 = polynomial(self.section.zero_lift_sine, self.m)
+        return self.sine * ca.sqrt(1 - s0**2) - self.cosine * s0
+
+    @cached_property
+    def separated(self) -> Any:
+        return self.section.separated(self.sine, self.cosine, self.m)
+
+    def effective_sine(self, effective: Any) -> Any:
+        """Sine of the angle from zero lift that goes with a lagged normal velocity."""
+        return effective / ca.sqrt(self.speed**2 * (1 - self.from_zero**2) + effective**2)
+
+    def impulsive(self, acceleration: Any, chord: float) -> Any:
+        """Normal force coefficient of the apparent mass; ``acceleration`` [m/s2] in the middle of the chord.
+
+        Non-circulatory time constant of the step in angle of attack: Leishman and Beddoes (1989).
+        """
+        growth = pi * self.m**2 * ca.sqrt(self.beta_squared) * sum(A * b for A, b in INDICIAL)
+        return 4 * IMPULSIVE / (1 - self.m + growth) * chord * acceleration / self.speed**2
+
+    def normal(self, pitch_rate: Any, chord: float) -> Any:
+        """Velocity normal to the zero-lift line, three quarters of the chord aft."""
+        return self.speed * self.from_zero + 0.5 * chord * pitch_rate
+
+    def shedding(self, lag: Any) -> Any:
+        """Gate of the vortex: open beyond the critical normal force, in forward flow."""
+        force = self.slope * ca.sqrt(lag**2 + 1e-4)
+        critical = polynomial(self.section.critical_normal_force, self.m)
+        return self.forward * logistic((force - critical) / GATE_WIDTH)
+
+    def passage(self) -> Any:
+        return polynomial(self.section.vortex_passage, self.m)
+
+    def travel(self, clock: Any) -> Any:
+        """Way of the vortex over the chord, 0 to 1."""
+        return smooth_clip(clock / self.passage(), 0.0, 1.0, 0.1)
+
+
+@dataclass(frozen=True)
+class DynamicStall:
+    """The steps between the scans, for one section and chord."""
+
+    section: Airfoil
+    chord: float
+    chord_recovery: float | None = None
+
+    def history(self, felt: list[Any], shared: list[Any], step: Any) -> tuple[Any, ...]:
+        """Lagged normal velocity, acceleration, lagged sine, weight of attached flow, vortex clock and vortex force,
+        each (N, E); ``shared``: speed of sound and semi-chords per metre in one time step."""
+        U_T, U_P, _, pitch, pitch_rate = felt
+        speed, sine, cosine, middle, normal, *rates = on_grid(self._start, [U_T, U_P, pitch, pitch_rate], shared)
+        flow = [speed, sine, cosine]
+        effective = sum(A * lagged(rate, normal) for (A, _), rate in zip(INDICIAL, rates, strict=True))
+        acceleration = rate_of_change(middle, step)
+        rate, pressure = on_grid(self._pressure, [*flow, effective, acceleration], shared)
+        lag = lagged(rate, pressure)
+        clock = lagged(*on_grid(self._clock, [*flow, lag], shared))
+        weight = lagged(*on_grid(self._separation, [*flow, pressure, lag, clock], shared))
+        vortex = fed(*on_grid(self._vortex, [*flow, effective, lag, weight, clock], shared))
+        return effective, acceleration, lag, weight, clock, vortex
+
+    def _start(self, state: Any, shared: Any) -> list[Any]:
+        U_T, U_P, pitch, pitch_rate = ca.vertsplit(state)
+        flow = Flow(self.section, *flow_angles(U_T, U_P, pitch), shared[0])
+        semichords = shared[1] * flow.speed
+        middle = flow.speed * flow.sine + 0.25 * self.chord * pitch_rate
+        rates = [exponent * flow.beta_squared * semichords for _, exponent in INDICIAL]
+        return [flow.speed, flow.sine, flow.cosine, middle, flow.normal(pitch_rate, self.chord), *rates]
+
+    def _pressure(self, state: Any, shared: Any) -> list[Any]:
+        flow, (effective, acceleration) = self._flow(state, shared)
+        pressure = flow.effective_sine(effective) + flow.impulsive(acceleration, self.chord) / flow.slope
+        return [shared[1] * flow.speed / polynomial(self.section.pressure_lag, flow.m), pressure]
+
+    def _clock(self, state: Any, shared: Any) -> list[Any]:
+        """The clock of the vortex runs in semi-chords while the gate is open, and back when it is closed."""
+        flow, (lag,) = self._flow(state, shared)
+        shedding = flow.shedding(lag)
+        rate = (1 - shedding) / REWIND + 1 / LEAK
+        return [shared[1] * flow.speed * rate, shedding / rate]
+
+    def _separation(self, state: Any, shared: Any) -> list[Any]:
+        """Behind a vortex and with a falling angle the flow comes back at a smaller angle than it left."""
+        flow, (pressure, lag, clock) = self._flow(state, shared)
+        side = lag / ca.sqrt(lag**2 + 1e-4)
+        falling = (lag - pressure) * side
+        falling = 0.5 * (falling + ca.sqrt(falling**2 + 1e-6)) - 0.5e-3
+        shift = polynomial(self.section.reattachment_shift, flow.m) * side * falling / (falling + FALLING)
+        angle = flow.sine + lag - flow.from_zero + shift * flow.travel(clock)
+        rate = shared[1] * flow.speed / polynomial(self.section.separation_lag, flow.m)
+        return [rate, attachment(angle, self.section.attached_limits(flow.m))]
+
+    def _vortex(self, state: Any, shared: Any) -> list[Any]:
+        """Fed by the lift that separation takes until the vortex has passed the chord."""
+        flow, (effective, lag, weight, clock) = self._flow(state, shared)
+        attached = flow.slope * flow.effective_sine(effective)
+        taken = (1 - weight * flow.forward) * flow.forward * (attached - flow.separated)
+        feed = flow.shedding(lag) * logistic((flow.passage() - clock) / CLOCK_WIDTH)
+        return [shared[1] * flow.speed / polynomial(self.section.vortex_decay, flow.m), taken, feed]
+
+    def _flow(self, state: Any, shared: Any) -> tuple[Flow, list[Any]]:
+        speed, sine, cosine, *others = ca.vertsplit(state)
+        return Flow(self.section, speed, sine, cosine, shared[0]), others
+
+    def loads(self, state: Any, common: Any) -> list[Any]:
+        """The loads of :class:`SectionLoads` of one element from what it feels and its history."""
+        U_T, U_P, U_R, pitch, pitch_rate, *history = ca.vertsplit(state)
+        speed_of_sound, density, drag_level = ca.vertsplit(common)
+        flow = Flow(self.section, *flow_angles(U_T, U_P, pitch), speed_of_sound)
+        coefficients = self._coefficients(flow, pitch_rate, history, drag_level)
+        return list(resolved((U_T, U_P, U_R), flow.speed, coefficients, density=density, chord=self.chord))
+
+    def _coefficients(self, flow: Flow, pitch_rate: Any, history: list[Any], drag_level: Any) -> tuple[Any, Any, Any]:
+        effective, acceleration, lag, weight, clock, vortex = history
+        section, sine, cosine, forward = self.section, flow.sine, flow.cosine, flow.forward
+        weight *= forward
+        impulsive = flow.impulsive(acceleration, self.chord)
+        effective_sine = flow.effective_sine(effective)
+        attached = flow.slope * effective_sine
+        lift = weight * attached + (1 - weight) * flow.separated
+        if self.chord_recovery is None:
+            # At the angle of the lagged pressure; once suction is lost the force is normal to the chord.
+            angle = sine + forward * (lag - flow.from_zero)
+            lost = 1 - forward * attachment(angle, section.attached_limits(flow.m))
+            table = (1 - lost) * flow.slope * lag + lost * section.separated(angle, cosine, flow.m)
+            drag = section.drag(angle, flow.mach, drag_level) + lost * (lift * sine - table * angle)
+            shed_wake = (flow.normal(pitch_rate, self.chord) - effective) / flow.speed
+            drag += weight * attached * shed_wake
+        else:
+            suction = self.chord_recovery * attached * effective_sine * (ca.sqrt(1 + 3 * weight) - 1)
+            normal = weight * attached + (1 - weight) * section.separated(sine, 1.0, flow.m)
+            drag = section.drag(0.0, flow.mach, drag_level) + normal * flow.from_zero - suction * cosine
+        moment = section.moment(sine, cosine, flow.m, weight, forward) - 0.25 * impulsive
+        moment -= forward * (pi / 8) / ca.sqrt(flow.beta_squared) * pitch_rate * self.chord / flow.speed
+        moment -= VORTEX_TRAVEL * (1 - ca.cos(pi * flow.travel(clock))) * vortex
+        return lift + (vortex + impulsive) * cosine, drag + (vortex + impulsive) * sine, moment
+
+
+@dataclass(frozen=True)
+class SectionLoop:
+    """Coefficients of a section over one period of pitching about its quarter chord, each (N,).
+
+    phase [rad] of the period, pitch [rad], normal force, chord force (forward), moment about the quarter chord, lift
+    and drag.
+    """
+
+    phase: np.ndarray
+    pitch: np.ndarray
+    c_n: np.ndarray
+    c_c: np.ndarray
+    c_m: np.ndarray
+    c_l: np.ndarray
+    c_d: np.ndarray
+
+
+def harmonic_pitch(mean: float, amplitude: float, count: int = 180) -> np.ndarray:
+    """mean + amplitude sin(phase) at ``count`` times of one period; rad."""
+    return mean + amplitude * np.sin(2 * pi * np.arange(count) / count)
+
+
+def section_loop(
+    section: Airfoil,
+    pitch: np.ndarray,
+    *,
+    mach: float,
+    reduced_frequency: float,
+    drag_level: float | None = None,
+    chord_recovery: float | None = None,
+) -> SectionLoop:
+    """Loads of a section in a steady stream that repeats the schedule ``pitch`` (N,) [rad], uniform in time.
+
+    reduced_frequency: k = omega c / (2 U) of the whole period. drag_level: the fit's own by default. Raises
+    :class:`InputError` when the schedule is too short or a number is impossible.
+    """
+    pitch = np.asarray(pitch, dtype=float)
+    if pitch.ndim != 1 or len(pitch) < 8 or not np.all(np.isfinite(pitch)):
+        raise InputError(f"section_loop: pitch of shape {pitch.shape}: at least 8 finite angles in a row")
+    if not (0 < mach < 1 and reduced_frequency > 0):
+        raise InputError(
+            f"section_loop: mach = {mach}, reduced_frequency = {reduced_frequency}: between 0 and 1, and positive"
+        )
+    chord, air, count = 1.0, standard_air(0.0), len(pitch)
+    U = mach * air.speed_of_sound
+    U_T = float(np.sqrt(U**2 - SLOWEST**2))
+    frequency = 2 * reduced_frequency * U / chord  # rad/s
+    harmonics = np.fft.rfft(pitch) * 1j * np.arange(count // 2 + 1)
+    harmonics[-1] *= count % 2  # the highest one of an even number has no slope at the samples
+    loads = unsteady_blade_loads(
         section,
-        speed=U,
-        angle=(sine, cosine),
-        pitch_rate=pitch_rate,
         chord=chord,
-        mach=U / speed_of_sound,
-        drag_level=drag_level,
-        period=2 * pi / rotor_speed,
+        velocities=(ca.MX.ones(1, count) * U_T, ca.MX.zeros(1, count), ca.MX.zeros(1, count)),
+        pitch=ca.MX(ca.DM(pitch).T),
+        pitch_rate=ca.MX(ca.DM(frequency * np.fft.irfft(harmonics, count)).T),
+        rotor_speed=frequency,
+        air=air,
+        drag_level=section.drag_reference if drag_level is None else drag_level,
         chord_recovery=chord_recovery,
     )
-    loads = resolved((U_T, U_P, U_R), U, coefficients, density=density, chord=chord)
-    return ca.Function("station", [state, common], [ca.vertcat(*loads)])
-
-
-def unsteady_coefficients(
-    section: Airfoil,
-    *,
-    speed: Any,
-    angle: tuple[Any, Any],
-    pitch_rate: Any,
-    chord: float,
-    mach: Any,
-    drag_level: Any,
-    period: Any,
-    chord_recovery: float | None = None,
-) -> tuple[Any, Any, Any]:
-    """Coefficients of lift, drag and moment (N,) at N uniform times of one period."""
-    sine, cosine = angle
-    step = period / sine.shape[0]
-    m = smooth_clip(mach, LOWEST_MACH, HIGHEST_LIFT_MACH)
-    slope, s0 = section.attached_lift(m)
-    forward = section.forward(cosine)
-    beta_squared = smooth_clip(1 - mach**2, 0.2, 2.0)
-    semichords = 2 * speed / chord * step  # travelled in one step
-
-    # attached flow: lag of the velocity normal to the zero-lift line, three quarters of the chord aft
-    from_zero = sine * ca.sqrt(1 - s0**2) - cosine * s0
-    normal = speed * from_zero + 0.5 * chord * pitch_rate
-    effective: Any = 0
-    for amplitude, exponent in INDICIAL:
-        effective += amplitude * lag(exponent * beta_squared * semichords, normal)
-    effective_sine = effective / ca.sqrt(speed**2 * (1 - from_zero**2) + effective**2)
-    attached = slope * effective_sine
-
-    # impulsive normal force: apparent mass on the acceleration of the middle of the chord
-    middle = speed * sine + 0.25 * chord * pitch_rate
-    acceleration = (ahead(middle) - behind(middle)) / (2 * step)
-    stiffness = 1 / (1 - m + pi * m**2 * ca.sqrt(beta_squared) * sum(A * b for A, b in INDICIAL))
-    impulsive = 3 * stiffness * chord * acceleration / speed**2
-
-    # separation: lagged pressure, then lagged boundary layer
-    lagged = lag(semichords / polynomial(section.pressure_lag, m), effective_sine + impulsive / slope)
-    shifted = sine + lagged - from_zero
-    rate = semichords / polynomial(section.separation_lag, m)
-    weight = lag(rate, section.attachment(shifted, m)) * forward
-    separated = section.separated(sine, cosine, m)
-    lift = weight * attached + (1 - weight) * separated
-
-    # vortex: fed by the lift that separation takes, from the critical normal force until it has passed the chord
-    size = ca.sqrt((slope * lagged) ** 2 + 1e-4)
-    shedding = forward * logistic((size - polynomial(section.critical_normal_force, m)) / GATE_WIDTH)
-    clock_rate = (1 - shedding) / REWIND + 1 / LEAK
-    clock = lag(semichords * clock_rate, shedding / clock_rate)
-    passage = polynomial(section.vortex_passage, m)
-    feed = shedding * logistic((passage - clock) / CLOCK_WIDTH)
-    vortex = fed(
-        semichords / polynomial(section.vortex_decay, m), (1 - weight) * forward * (attached - separated), feed
+    force, pressure = 0.5 * air.density * U * U_T * chord, 0.5 * air.density * U**2 * chord**2
+    values = ca.evalf(ca.vertcat(loads.up / force, -loads.along / force, loads.moment / pressure)).full()
+    c_l, c_d, c_m = values
+    sine, cosine = np.sin(pitch), np.cos(pitch)
+    return SectionLoop(
+        phase=2 * pi * np.arange(count) / count,
+        pitch=pitch,
+        c_n=c_l * cosine + c_d * sine,
+        c_c=c_l * sine - c_d * cosine,
+        c_m=c_m,
+        c_l=c_l,
+        c_d=c_d,
     )
-    travel = smooth_clip(clock / passage, 0.0, 1.0, 0.1)
-
-    drag_sine = lag(rate, shifted)
-    drag = section.drag(drag_sine, mach, drag_level)
-    drag += (1 - weight) * lift * (sine - drag_sine) + weight * attached * (normal - effective) / speed
-    moment = section.moment(sine, cosine, m, weight, forward)
-    moment -= forward * (pi / 8) / ca.sqrt(beta_squared) * pitch_rate * chord / speed + 0.25 * impulsive
-    moment -= VORTEX_TRAVEL * (1 - ca.cos(pi * travel)) * vortex
-
-    normal_force = vortex + impulsive
-    return lift + normal_force * cosine, drag + normal_force * sine, moment
-
-
-def lag(rates: Any, values: Any) -> Any:
-    """Periodic solution (N,) of x' = rate (u - x) for u linear between the N times; ``rates`` per time step.
-
-    Exact for a rate that is constant over each step: x+ = e x + u (w - e) + u+ (1 - w), e = exp(-z), w = (1 - e)/z.
-    """
-    z = 0.5 * (rates + ahead(rates))
-    e = ca.exp(-z)
-    w = (1 - e) / z
-    return _periodic(e, values * (w - e) + ahead(values) * (1 - w))
-
-
-def fed(rates: Any, values: Any, feed: Any) -> Any:
-    """Periodic solution (N,) of x' = feed u' - rate x, ``rates`` per time step."""
-    z = 0.5 * (rates + ahead(rates))
-    e = ca.exp(-z)
-    return _periodic(e, 0.5 * (feed + ahead(feed)) * (ahead(values) - values) * (1 - e) / z)
-
-
-def _periodic(factors: Any, sources: Any) -> Any:
-    """The x (N,) with x[k+1] = factors[k] x[k] + sources[k] around the circle."""
-    count = factors.shape[0]
-    end: Any = 0
-    product: Any = 1
-    for k in range(count):
-        end = factors[k] * end + sources[k]
-        product = product * factors[k]
-    x = [end / (1 - product)]
-    for k in range(count - 1):
-        x.append(factors[k] * x[k] + sources[k])
-    return ca.vertcat(*x)
-
-
-def ahead(values: Any) -> Any:
-    """The values one step later, around the circle."""
-    return ca.vertcat(values[1:], values[0])
-
-
-def behind(values: Any) -> Any:
-    """The values one step earlier, around the circle."""
-    return ca.vertcat(values[-1], values[:-1])

@@ -16,10 +16,10 @@ from numpy.polynomial import polynomial as npoly
 from scipy.optimize import least_squares
 
 from vrsopt.quantity import Provenance
-from vrsopt.rotor.airfoil import HIGHEST_LIFT_MACH, LOWEST_MACH, NACA_0012_STALL, Airfoil, smooth_clip
+from vrsopt.rotor.airfoil import NACA_0012_STALL, Airfoil
 from vrsopt.rotor.c81 import QUANTITIES, Deck, Table
+from vrsopt.rotor.section_points import CENTRE, HIGHEST_MACH, WIDTH, Points, columns, drag_start, lift_start, points_of
 
-CENTRE, WIDTH = 0.5, 0.3  # the polynomials are fitted in (Mach - CENTRE) / WIDTH, which conditions the problem
 LIFT_DEGREES = {
     "lift_slope": 5,
     "zero_lift_sine": 2,
@@ -78,22 +78,10 @@ class SectionFit:
         ]
         for e in self.errors:
             lines.append(
-                f"{e.quantity:11s}  {e.mach:4.2f}   {e.attached:12.4f}  {e.stall:9.4f}  {e.bias:13.4f}  {e.largest:16.4f}"
+                f"{e.quantity:11s}  {e.mach:4.2f}   {e.attached:12.4f}  {e.stall:9.4f}"
+                f"  {e.bias:13.4f}  {e.largest:16.4f}"
             )
         return "\n".join(lines)
-
-
-@dataclass(frozen=True)
-class _Points:
-    """Points of a table inside the range that is fitted: alpha [rad], Mach number, value, each (N,)."""
-
-    alpha: np.ndarray
-    mach: np.ndarray
-    value: np.ndarray
-
-    @property
-    def state(self) -> np.ndarray:
-        return np.vstack([np.sin(self.alpha), np.cos(self.alpha), self.mach])
 
 
 def fit_section(deck: Deck) -> tuple[Airfoil, SectionFit]:
@@ -103,13 +91,19 @@ def fit_section(deck: Deck) -> tuple[Airfoil, SectionFit]:
     break of the section's own lift. Coefficients are rounded to six digits.
     """
     values: dict[str, list[float]] = {name: [0.0] for name in (*LIFT_DEGREES, *DRAG_DEGREES, *MOMENT_DEGREES)}
-    values |= _fit(_points(deck.lift, (-20.0, 19.9), 0.8), values, _lift_start(deck.lift), LIFT_DEGREES, "lift")
     values |= _fit(
-        _points(deck.drag, (-90.0, 90.0), 0.9, between=True), values, _drag_start(deck.drag), DRAG_DEGREES, "drag"
+        points_of(deck.lift, (-20.0, 19.9), HIGHEST_MACH), values, lift_start(deck.lift), LIFT_DEGREES, "lift"
+    )
+    values |= _fit(
+        points_of(deck.drag, (-90.0, 90.0), 0.9, between=True), values, drag_start(deck.drag), DRAG_DEGREES, "drag"
     )
     section = _section(values, deck.name, drag_reference=0.0)
     level = float(section.coefficients(0.0, 1.0, 0.3, 0.0)[1])
-    section = section.replaced(drag_reference=round(level, 5), **_fit_moment(deck.moment, section))
+    section = section.replaced(
+        drag_reference=round(level, 5),
+        critical_normal_force=_critical_normal_force(section, deck.lift),
+        **_fit_moment(deck.moment, section),
+    )
     return section, section_fit(section, deck)
 
 
@@ -117,7 +111,7 @@ def section_fit(section: Airfoil, deck: Deck) -> SectionFit:
     """Errors of ``section`` against the tables of ``deck`` at its Mach numbers between 0.2 and 0.8."""
     errors = []
     for k, (quantity, table) in enumerate(zip(QUANTITIES, (deck.lift, deck.drag, deck.moment), strict=True)):
-        points = _points(table, RANGES["stall"], 0.8)
+        points = points_of(table, RANGES["stall"], HIGHEST_MACH)
         state = ca.SX.sym("state", 3)
         model = section.coefficients(state[0], state[1], state[2], section.drag_reference)[k]
         error = ca.Function("model", [state], [model])(points.state).full().ravel() - points.value
@@ -132,6 +126,27 @@ def section_fit(section: Airfoil, deck: Deck) -> SectionFit:
     return SectionFit(deck.name, tuple(errors))
 
 
+def _critical_normal_force(section: Airfoil, table: Table) -> list[float]:
+    """Lift where separation has taken the part of the attached lift that belongs to 30 % of separated chord.
+
+    For NACA 0012 that is Leishman and Beddoes's critical normal force.
+    """
+    part = ((1 + 0.7**0.5) / 2) ** 2
+    alpha, state = np.radians(np.linspace(0.5, 30, 591)), ca.SX.sym("state", 3)
+    m = state[2]
+    slope, zero = section.attached_lift(m)
+    attached = slope * (state[0] * ca.sqrt(1 - zero**2) - state[1] * zero)
+    lift = section.coefficients(state[0], state[1], m, 0.0)[0]
+    function = ca.Function("lift", [state], [ca.vertcat(lift, attached)])
+    mach = columns(table)[0]
+    forces = []
+    for value in mach:
+        lift, attached = function(np.vstack([np.sin(alpha), np.cos(alpha), np.full_like(alpha, value)])).full()
+        broken = (lift < part * attached) & (lift > 0.1)
+        forces.append(float(lift[np.argmax(broken)]) if broken.any() else float(lift.max()))
+    return [float(f"{c:.4g}") for c in npoly.polyfit(mach, forces, min(3, len(mach) - 1))]
+
+
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -143,81 +158,8 @@ def _section(values: dict[str, list[float]], name: str, **others: Any) -> Airfoi
     return Airfoil.model_validate({**data, "provenance": provenance})
 
 
-def _points(table: Table, angles: tuple[float, float], highest_mach: float, *, between: bool = False) -> _Points:
-    """``between``: also halfway between the Mach numbers, where a deck is read linearly: drag rises steeply there."""
-    grid, values = table.mach, table.value
-    if between:
-        grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:]))
-        values = np.array([np.interp(grid, table.mach, row) for row in values])
-    alpha, mach = np.meshgrid(table.angle_deg, grid, indexing="ij")
-    lowest = min(LOWEST_MACH, highest_mach) if grid.max() >= LOWEST_MACH else grid.min()
-    inside = (alpha >= angles[0]) & (alpha <= angles[1]) & (mach >= lowest) & (mach <= highest_mach)
-    return _Points(np.radians(alpha[inside]), mach[inside], values[inside])
-
-
-def _lift_start(table: Table) -> dict[str, tuple[float, ...]]:
-    """Constants, or lines in the scaled Mach number, that lie near the deck."""
-    mach, slopes, zeros, breaks, negative = [], [], [], [], []
-    s = np.sin(np.radians(table.angle_deg))
-    for m, lift in zip(table.mach, table.value.T, strict=True):
-        if not LOWEST_MACH <= m <= 0.8:
-            continue
-        attached = (table.angle_deg >= -2) & (table.angle_deg <= 4)
-        slope, level = np.polyfit(s[attached], lift[attached], 1)
-        lost = np.abs(slope * s + level - lift) > 0.25
-        mach.append(m)
-        slopes.append(slope)
-        zeros.append(-level / slope)
-        breaks.append(_first(s, lost & (s > 0) & (table.angle_deg <= 25), 0.35))
-        negative.append(-_first(-s, lost & (s < 0) & (table.angle_deg >= -25), 0.35))
-    return {
-        "lift_slope": (float(np.median(slopes)),),
-        "zero_lift_sine": (float(np.median(zeros)),),
-        "break_sine": _line(mach, breaks),
-        "log_break_width": (-3.9,),
-        "negative_break_sine": _line(mach, negative),
-        "log_negative_break_width": (-3.5,),
-        "separated_lift": (1.1,),
-        "separated_width": (0.15,),
-    }
-
-
-def _drag_start(table: Table) -> dict[str, tuple[float, ...]]:
-    mach, levels, ramps, negative = [], [], [], []
-    s = np.sin(np.radians(table.angle_deg))
-    for m, drag in zip(table.mach, table.value.T, strict=True):
-        if not LOWEST_MACH <= m <= 0.8:
-            continue
-        level = drag[np.abs(table.angle_deg) <= 3].min()
-        mach.append(m)
-        levels.append(level)
-        ramps.append(_first(s, (drag > level + 0.02) & (s > -0.02), 0.3))
-        negative.append(-_first(-s, (drag > level + 0.02) & (s < 0.02), 0.3))
-    return {
-        "drag_level": (float(np.median(levels)),),
-        "drag_parabola": (0.05,),
-        "drag_bucket_sine": (0.5 * (float(np.median(ramps)) + float(np.median(negative))) * 0.1,),
-        "ramp_sine": _line(mach, ramps),
-        "ramp_slope": (2.0,),
-        "log_ramp_width": (-4.2,),
-        "negative_ramp_sine": _line(mach, negative),
-        "negative_ramp_slope": (1.5,),
-        "log_negative_ramp_width": (-4.3,),
-    }
-
-
-def _first(sine: np.ndarray, where: np.ndarray, otherwise: float) -> float:
-    return float(sine[where].min()) if where.any() else otherwise
-
-
-def _line(mach: list[float], values: list[float]) -> tuple[float, ...]:
-    if len(mach) < 2:
-        return (float(np.mean(values)),)
-    return tuple(npoly.polyfit((np.array(mach) - CENTRE) / WIDTH, values, 1))
-
-
 def _fit(
-    points: _Points,
+    points: Points,
     known: dict[str, list[float]],
     start: dict[str, tuple[float, ...]],
     degrees: dict[str, int],
@@ -261,7 +203,7 @@ def _fit(
 
 def _fit_moment(table: Table, section: Airfoil) -> dict[str, list[float]]:
     """Linear in its coefficients once the weights of attached and of forward flow are known."""
-    points = _points(table, (-180.0, 180.0), 0.8)
+    points = points_of(table, (-180.0, 180.0), HIGHEST_MACH)
     highest = len(np.unique(points.mach)) - 1
     degrees = {name: min(degree, highest) for name, degree in MOMENT_DEGREES.items()}
     matrix = _monomials([degree + 1 for degree in degrees.values()])

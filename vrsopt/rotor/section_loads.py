@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,12 +38,15 @@ def blade_loads(
     pitch: (E, N) rad. drag_level: drag coefficient of the section at zero incidence and low Mach number.
     The section feels the velocity normal to the span; the drag along the span is that of the yawed section.
     """
-    shape = pitch.shape
-    elements = shape[0] * shape[1]
-    rows = [ca.reshape(value, 1, elements) for value in (*velocities, pitch)]
-    common = ca.repmat(ca.vertcat(air.speed_of_sound, air.density, drag_level), 1, elements)
-    loads = _kernel(section, chord).map(elements)(ca.vertcat(*rows), common)
-    return SectionLoads(*(ca.reshape(loads[k, :], *shape) for k in range(5)))
+
+    def loads(state: Any, common: Any) -> list[Any]:
+        U_T, U_P, U_R, pitch = ca.vertsplit(state)
+        speed_of_sound, density, level = ca.vertsplit(common)
+        U, sine, cosine = flow_angles(U_T, U_P, pitch)
+        coefficients = section.coefficients(sine, cosine, U / speed_of_sound, level)
+        return list(resolved((U_T, U_P, U_R), U, coefficients, density=density, chord=chord))
+
+    return SectionLoads(*on_grid(loads, [*velocities, pitch], [air.speed_of_sound, air.density, drag_level]))
 
 
 def flow_angles(U_T: Any, U_P: Any, pitch: Any) -> tuple[Any, Any, Any]:
@@ -68,12 +72,20 @@ def resolved(
     )
 
 
-def _kernel(section: Airfoil, chord: float) -> ca.Function:
-    """One element: (U_T, U_P, U_R, pitch), (speed of sound, density, drag level) -> the five loads."""
-    state, common = ca.SX.sym("state", 4), ca.SX.sym("common", 3)
-    U_T, U_P, U_R, pitch = ca.vertsplit(state)
-    speed_of_sound, density, drag_level = ca.vertsplit(common)
-    U, sine, cosine = flow_angles(U_T, U_P, pitch)
-    coefficients = section.coefficients(sine, cosine, U / speed_of_sound, drag_level)
-    loads = resolved((U_T, U_P, U_R), U, coefficients, density=density, chord=chord)
-    return ca.Function("element", [state, common], [ca.vertcat(*loads)])
+def on_grid(element: Callable[[Any, Any], list[Any]], values: list[Any], common: list[Any]) -> list[Any]:
+    """``element(state, common)`` at every point of a grid: values (E, N) each, its results likewise.
+
+    Derivatives go through the full Jacobian of one element, which has few arguments: half the cost of as many
+    directions as the trim has unknowns.
+    """
+    shape = values[0].shape
+    points = shape[0] * shape[1]
+    state, shared = ca.SX.sym("state", len(values)), ca.SX.sym("common", len(common))
+    kernel = ca.Function("element", [state, shared], [ca.vertcat(*element(state, shared))]).map(points)
+    states, constants = ca.MX.sym("states", len(values), points), ca.MX.sym("common", len(common), points)
+    grid = ca.Function(
+        "grid", [states, constants], [kernel(states, constants)], {"jac_penalty": 0, "never_inline": True}
+    )
+    rows = ca.vertcat(*(ca.reshape(value, 1, points) for value in values))
+    results = grid(rows, ca.repmat(ca.vertcat(*common), 1, points))
+    return [ca.reshape(row, *shape) for row in ca.vertsplit(results)]

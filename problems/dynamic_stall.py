@@ -1,0 +1,115 @@
+"""Dynamic stall of NACA 0012 against oscillating-aerofoil tests: eleven frames, one set of constants, no tuning.
+
+    python problems/dynamic_stall.py dynstall.npz
+
+Measured by McAlister, Pucci, McCroskey and Carr (NASA TM 84245, 1982). The file holds for each frame Mach number, mean
+angle, amplitude [deg] and reduced frequency in ``f<frame>_meta_M_a0_a1_k``, phase [deg] and coefficient in
+``f<frame>_time_exp_cl`` and ``f<frame>_clt_exp``, and angle of attack [deg] and coefficient in ``f<frame>_alpha_exp_cl``
+and ``f<frame>_cl_exp``; likewise cd and cm. Prints the table of errors and writes figures/dynamic_stall.png. Mean
+angle, amplitude, Mach number and frequency are all that changes from frame to frame: section and time constants are
+those of vrsopt/data/naca_0012.toml.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vrsopt.rotor.airfoil import load_section
+from vrsopt.rotor.dynamic_stall import SectionLoop, harmonic_pitch, section_loop
+
+# The target, then light and deep stall, slow and fast, shifted mean angles and a lower Mach number.
+FRAMES = (9302, 7110, 7113, 9221, 9222, 9223, 9307, 10105, 10303, 9217, 9203)
+QUANTITIES = ("cl", "cd", "cm")
+FIGURE = Path(__file__).parent / "figures" / "dynamic_stall.png"
+
+
+def loop(frame: str, data: Any) -> SectionLoop:
+    mach, mean, amplitude, frequency = data[f"{frame}_meta_M_a0_a1_k"]
+    pitch = harmonic_pitch(np.radians(mean), np.radians(amplitude))
+    return section_loop(load_section("naca_0012"), pitch, mach=float(mach), reduced_frequency=float(frequency))
+
+
+def values(computed: SectionLoop) -> dict[str, np.ndarray]:
+    return {"cl": computed.c_l, "cd": computed.c_d, "cm": computed.c_m}
+
+
+def errors(frame: str, data: Any) -> dict[str, float]:
+    """Extremes computed and measured, and the rms difference over the period."""
+    computed = values(loop(frame, data))
+    phase = np.arange(len(computed["cl"])) * 360 / len(computed["cl"])
+    row = {
+        "cl_max": float(computed["cl"].max()),
+        "cl_max_test": float(data[f"{frame}_cl_exp"].max()),
+        "cm_min": float(computed["cm"].min()),
+        "cm_min_test": float(data[f"{frame}_cm_exp"].min()),
+    }
+    for quantity in QUANTITIES:
+        measured = data[f"{frame}_{quantity}t_exp"]
+        here = np.interp(data[f"{frame}_time_exp_{quantity}"] % 360, phase, computed[quantity], period=360)
+        row[f"rms_{quantity}"] = float(np.sqrt(np.mean((here - measured) ** 2)))
+    return row
+
+
+def table(rows: dict[str, dict[str, float]], data: Any) -> str:
+    lines = [
+        "frame   Mach  mean  ampl.    k    cl max  test   diff.   cm min   test   diff.  rms cl  rms cd  rms cm",
+    ]
+    for frame, e in rows.items():
+        mach, mean, amplitude, k = data[f"{frame}_meta_M_a0_a1_k"]
+        lines.append(
+            f"{frame[1:]:>5}  {mach:5.3f} {mean:5.1f} {amplitude:5.1f}  {k:5.3f}"
+            f"   {e['cl_max']:5.3f} {e['cl_max_test']:6.3f} {e['cl_max'] - e['cl_max_test']:+6.3f}"
+            f"   {e['cm_min']:6.3f} {e['cm_min_test']:6.3f}  {e['cm_min'] - e['cm_min_test']:+6.3f}"
+            f"   {e['rms_cl']:5.3f}   {e['rms_cd']:5.3f}   {e['rms_cm']:5.3f}"
+        )
+    means = {key: np.mean([abs(e[key]) for e in rows.values()]) for key in ("rms_cl", "rms_cd", "rms_cm")}
+    lift = np.mean([abs(e["cl_max"] - e["cl_max_test"]) for e in rows.values()])
+    moment = np.mean([abs(e["cm_min"] - e["cm_min_test"]) for e in rows.values()])
+    lines.append(
+        f" mean{lift:45.3f}{moment:24.3f}   {means['rms_cl']:5.3f}   {means['rms_cd']:5.3f}   {means['rms_cm']:5.3f}"
+    )
+    return "\n".join(lines)
+
+
+def draw(data: Any, path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(3, len(FRAMES), figsize=(2.3 * len(FRAMES), 7.2), sharex="col", sharey="row")
+    for column, number in zip(axes.T, FRAMES, strict=True):
+        frame = f"f{number}"
+        computed = loop(frame, data)
+        closed = np.append(np.arange(len(computed.pitch)), 0)
+        mach, _, _, k = data[f"{frame}_meta_M_a0_a1_k"]
+        column[0].set_title(f"frame {number}\nM = {mach:.3g}, k = {k:.3g}", fontsize=9)
+        for axis, quantity in zip(column, QUANTITIES, strict=True):
+            measured = data[f"{frame}_alpha_exp_{quantity}"], data[f"{frame}_{quantity}_exp"]
+            axis.plot(*measured, ".", color="0.45", markersize=3, label="test")
+            axis.plot(np.degrees(computed.pitch)[closed], values(computed)[quantity][closed], color="C0", label="model")
+            axis.grid(alpha=0.3)
+        column[2].set_xlabel("angle of attack, deg", fontsize=9)
+    for axis, label in zip(axes[:, 0], ("lift coefficient", "drag coefficient", "moment coefficient"), strict=True):
+        axis.set_ylabel(label)
+    axes[0, 0].legend(fontsize=8)
+    figure.tight_layout()
+    path.parent.mkdir(exist_ok=True)
+    figure.savefig(path, dpi=80)
+    plt.close(figure)
+
+
+def main(path: Path) -> None:
+    with np.load(path) as data:
+        print(table({f"f{number}": errors(f"f{number}", data) for number in FRAMES}, data))
+        draw(data, FIGURE)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        raise SystemExit(__doc__)
+    main(Path(sys.argv[1]))
