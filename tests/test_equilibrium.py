@@ -8,10 +8,11 @@ from scipy.optimize import minimize_scalar
 
 from vrsopt.aircraft import load_aircraft
 from vrsopt.atmosphere import GRAVITY, density_altitude, standard_air
-from vrsopt.equilibrium import FLIGHT_PARAMETERS, calibrated_constants, momentum_guess, trim_system
-from vrsopt.flat_pitch import flat_pitch_power, flat_pitch_system
-from vrsopt.residual import TOLERANCE, Solution
-from vrsopt.rotor.response import Discretisation
+from vrsopt.equilibrium import FLIGHT_PARAMETERS, calibrated_constants, trim_system
+from vrsopt.residual import TOLERANCE
+from vrsopt.rotor.fidelity import Fidelity
+from vrsopt.solution import Solution
+from vrsopt.trim_guess import momentum_guess
 
 AIRCRAFT = load_aircraft("bo105")
 CONSTANTS = calibrated_constants(AIRCRAFT)
@@ -27,9 +28,11 @@ def parameters(speed: float, **changes: float) -> dict[str, float]:
         "isa_offset": 0.0,
         "speed": speed,
         "climb_angle": 0.0,
-        "load_factor": 1.0,
+        "turn_rate": 0.0,
         "rotor_speed": NOMINAL,
         "twist": ROTOR.twist,
+        "ground_proximity": 0.0,
+        "cg_shift": 0.0,
     }
     assert set(flight) == {named.name for named in FLIGHT_PARAMETERS}
     return {**flight, **CONSTANTS, **changes}
@@ -58,11 +61,19 @@ def rotor_power(solution: Solution) -> float:
     [(0.0, 0.0), (10.0, 0.1), (10.0, -0.1), (30.0, 0.1), (30.0, -0.1), (50.0, 0.1), (50.0, -0.1), (65.0, 0.0)],
 )
 def test_power_is_induced_profile_and_propulsive(speed, climb_angle):
-    """The rest is the work of structural damping on the flapping blade, well below a per cent, and always spent."""
+    """The rest is the work of structural damping on the bending blade, well below a per cent, and always spent.
+
+    The whole aircraft: everything that air takes away, each its own integral, and the climb.
+    """
     out = trimmed(speed, climb_angle=climb_angle).outputs
     parts = out["induced_power"] + out["profile_power"] + out["propulsive_power"]
     assert parts == pytest.approx(out["main_rotor_power"], rel=6e-3)
     assert parts < out["main_rotor_power"]
+    names = ("induced", "profile", "parasite", "climb", "tail_rotor")
+    whole = sum(out[f"{name}_power"] for name in names)
+    total = out["main_rotor_power"] + out["tail_rotor_power"]
+    assert whole == pytest.approx(total, rel=6e-3)
+    assert whole < total
 
 
 def test_hover():
@@ -127,7 +138,7 @@ def test_propulsive_power_is_drag_times_speed(speed):
     lift *= np.radians(surface.incidence) + alpha - downwash / speed
     body_drag += lift * downwash / speed
     propulsive = solution.outputs["propulsive_power"] / speed
-    assert propulsive == pytest.approx(body_drag, rel=0.03)  # the tail rotor's drag is one or two per cent
+    assert propulsive == pytest.approx(body_drag, rel=0.05)  # the tail rotor's drag is two or three per cent
 
 
 def test_signs_of_attitude_and_controls():
@@ -156,11 +167,6 @@ def test_body_angle_in_a_climb():
 
 
 # -- invariances --------------------------------------------------------------------------------------------------
-
-
-def test_load_factor_is_weight():
-    turn, heavy = trimmed(30.0, mass=2000.0, load_factor=1.2), trimmed(30.0, mass=2400.0)
-    assert turn.outputs == pytest.approx(heavy.outputs, rel=1e-9)
 
 
 def test_equal_density_is_equal_power_but_for_mach_number():
@@ -194,67 +200,85 @@ SAMPLE = (
     parameters(60.0),
     parameters(65.0, mass=2400.0),
     parameters(40.0, mass=2400.0, rotor_speed=0.85 * NOMINAL, altitude=1500.0),
+    parameters(40.0, mass=2000.0, altitude=500.0, climb_angle=0.05, turn_rate=0.2, cg_shift=0.05),
+    parameters(5.0, ground_proximity=0.8),
 )
+NAMES = ("hover", "bucket", "fast", "heavy", "slow rotor", "climbing turn", "near ground")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "finer",
-    [
-        Discretisation(harmonics=6, azimuths=48),
-        Discretisation(stations=20),
-        Discretisation(harmonics=8, azimuths=72, stations=24),
-    ],
-    ids=["harmonics", "stations", "all"],
+    [Fidelity(harmonics=6, azimuths=48), Fidelity(azimuths=72), Fidelity(stations=20)],
+    ids=["harmonics", "azimuths", "stations"],
 )
-def test_default_resolution_gives_power_to_a_few_parts_in_ten_thousand(finer):
+def test_default_resolution_gives_power_to_a_part_in_a_thousand(finer):
     fine = trim_system(AIRCRAFT, finer)
     for point in SAMPLE:
         reference = fine.solve(point, method="newton")
         assert reference.success
-        assert rotor_power(SYSTEM.solve(point, method="newton")) == pytest.approx(rotor_power(reference), rel=2e-4)
+        assert rotor_power(SYSTEM.solve(point, method="newton")) == pytest.approx(rotor_power(reference), rel=1e-3)
 
 
 @pytest.mark.slow
-def test_three_flap_modes_are_enough():
-    four = trim_system(AIRCRAFT, Discretisation(flap_modes=4))
+@pytest.mark.parametrize(
+    "richer",
+    [Fidelity(flap_modes=4), Fidelity(lag_modes=3), Fidelity(torsion_modes=2)],
+    ids=["flap", "lag", "torsion"],
+)
+def test_three_flap_two_lag_and_one_torsion_modes_are_enough(richer):
+    rich = trim_system(AIRCRAFT, richer)
     for point in SAMPLE:
         assert rotor_power(SYSTEM.solve(point, method="newton")) == pytest.approx(
-            rotor_power(four.solve(point, method="newton")), rel=5e-4
+            rotor_power(rich.solve(point, method="newton")), rel=2e-3
         )
 
 
 STEPS = {
     "mass": 2.0,
     "altitude": 5.0,
-    "isa_offset": 0.5,
-    "speed": 0.05,
-    "climb_angle": 5e-4,
-    "load_factor": 1e-3,
+    "isa_offset": 0.3,
+    "speed": 0.04,
+    "climb_angle": 4e-4,
+    "turn_rate": 5e-4,
     "rotor_speed": 0.02,
     "twist": 5e-4,
+    "ground_proximity": 1e-3,
+    "cg_shift": 1e-3,
 }
 
 
-@pytest.mark.parametrize("point", SAMPLE, ids=["hover", "bucket", "fast", "heavy", "slow rotor"])
+OUTPUTS = ("main_rotor_power", "tail_rotor_power", "induced_power", "tail_blade_loading")
+
+
+def differences(point: dict[str, float], base: Solution, name: str, step: float) -> np.ndarray:
+    """Fourth-order central differences of OUTPUTS of re-solved trims."""
+    f = {}
+    for k in (-2, -1, 1, 2):
+        solution = SYSTEM.solve({**point, name: point[name] + k * step}, base, method="newton")
+        f[k] = np.array([solution.outputs[output] for output in OUTPUTS])
+    return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * step)
+
+
+@pytest.mark.parametrize("point", SAMPLE, ids=NAMES)
 def test_derivatives_equal_resolved_differences(point):
-    """Fourth-order central differences of re-solved trims: residual tolerance and step leave parts in 10^6."""
+    """At the better of two steps: the long one leaves curvature, the short one the residual's tolerance."""
     base = SYSTEM.solve(point, method="newton")
     exact = SYSTEM.sensitivities(base)
+    assert SYSTEM.smallest_singular_value(base) > 0.03
     for name, step in STEPS.items():
-        if point["speed"] == 0 and name in ("speed", "climb_angle"):
-            continue  # at rest neither has a direction
-        around = {
-            k: SYSTEM.solve({**point, name: point[name] + k * step}, base, method="newton").outputs
-            for k in (-2, -1, 1, 2)
-        }
-        for output in ("main_rotor_power", "tail_rotor_power", "induced_power", "tail_blade_loading"):
-            f = {k: values[output] for k, values in around.items()}
-            difference = (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * step)
-            assert exact[output][name] == pytest.approx(difference, rel=1e-5), (output, name)
+        if point["speed"] == 0 and name in ("speed", "climb_angle", "turn_rate"):
+            continue  # at rest they have no direction
+        if point[name] == 0 and name in ("turn_rate", "ground_proximity"):
+            continue  # symmetric but for the tail rotor; and no slope far from the ground
+        found = np.array([exact[output][name] for output in OUTPUTS])
+        error = np.abs(differences(point, base, name, step) / found - 1)
+        if np.max(error) > 1e-5:
+            error = np.minimum(error, np.abs(differences(point, base, name, step / 8) / found - 1))
+        assert np.max(error) <= 1e-5, (name, error)
 
 
-@pytest.mark.parametrize("point", SAMPLE, ids=["hover", "bucket", "fast", "heavy", "slow rotor"])
+@pytest.mark.parametrize("point", SAMPLE, ids=NAMES)
 def test_ipopt_and_newton_agree(point):
     newton, ipopt = (SYSTEM.solve(point, method=method) for method in ("newton", "ipopt"))
     assert newton.success and ipopt.success
@@ -275,29 +299,3 @@ def test_guess_is_close_enough_to_need_few_iterations():
         guess, values = momentum_guess(AIRCRAFT, parameters(speed)), trimmed(speed).values
         assert guess["collective"] == pytest.approx(values["collective"], abs=0.06)
         assert trimmed(speed).iterations <= 15
-
-
-# -- flat pitch ---------------------------------------------------------------------------------------------------
-
-
-def test_flat_pitch_power_is_that_of_the_section_drag():
-    """Untwisted: sigma c_d / 8 (1 - cut-out^4), by the drag level; compressibility adds less than a tenth."""
-    place = {"altitude": 0.0, "isa_offset": 0.0, "twist": 0.0}
-    outputs = []
-    for speed in (NOMINAL, 0.8 * NOMINAL):
-        solution = flat_pitch_system(AIRCRAFT).solve({**place, "rotor_speed": speed}, method="newton")
-        assert solution.success
-        tip = speed * ROTOR.radius
-        disc = standard_air(0.0).density * np.pi * ROTOR.radius**2 * tip**3
-        analytic = ROTOR.solidity * ROTOR.section_drag_level / 8 * (1 - ROTOR.root_cutout**4) * disc
-        assert 1.0 < solution.outputs["main_rotor_power"] / analytic < 1.10
-        outputs.append(solution.outputs["main_rotor_power"])
-    assert outputs[1] / outputs[0] == pytest.approx(0.8**3, rel=0.03)
-    twisted = flat_pitch_system(AIRCRAFT).solve({**place, "twist": 0.14, "rotor_speed": NOMINAL}, method="newton")
-    assert twisted.outputs["main_rotor_power"] > outputs[0]
-
-
-def test_flat_pitch_power_follows_density():
-    low, high = (flat_pitch_power(AIRCRAFT, altitude=h) for h in (0.0, 2000.0))
-    assert high / low == pytest.approx(standard_air(2000.0).density / standard_air(0.0).density, rel=0.02)
-    assert low < 0.3 * rotor_power(trimmed(0.0))
