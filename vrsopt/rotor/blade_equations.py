@@ -27,8 +27,8 @@ and D = EI_lag - EI_flap (Omega stands for Omega + omega_z where it is squared):
              + m e [(sin theta)_tt + 2 omega_r (cos theta)_t + 2 Omega omega_t cos theta]
              - (m e Omega^2 r sin theta)' = F_z
     lag      m (v_tt - Omega^2 v) + (EI_lag v'')'' - Omega^2 (T v')' - 2 Omega (N v')' - 2 Omega m S_t
-             + [D (w'' sin 2theta / 2 - v'' sin^2 theta)]'' + m (f_t - 2 omega_r W_t
-             + omega_r omega_t r) + m e [(cos theta)_tt - 2 omega_r (sin theta)_t - Omega^2 cos theta] - (m e Omega^2 r cos theta)' = F_t
+             + [D (w'' sin 2theta / 2 - v'' sin^2 theta)]'' + m (f_t - 2 omega_r W_t + omega_r omega_t r)
+             + m e [(cos theta)_tt - 2 omega_r (sin theta)_t - Omega^2 cos theta] - (m e Omega^2 r cos theta)' = F_t
     torsion  I [theta_tt + Omega^2 sin 2theta / 2 + Omega omega_t (1 + cos 2theta)] - (GJ p')'
              + D [v'' w'' cos 2theta + (w''^2 - v''^2) sin 2theta / 2]
              + m e {cos theta [w_tt + Omega^2 r W' + 2 Omega omega_r r + f_z]
