@@ -106,10 +106,21 @@ def test_without_a_trim_the_reason_tells_how_far_trims_go():
     assert trim.jacobians > 0
 
 
+def test_from_easy_flight_first_then_with_the_mass_alone():
+    gusty = {"mass": 1000.0, "wind": 500.0}
+    trim = find_trim(stalling_rotor(heavy=-1.0), at(3000.0), easy=gusty)
+    assert trim.stage == "arclength" and incidence(trim) == pytest.approx(incidences(3000.0)[0], abs=1e-7)
+    unflyable = {"mass": 1000.0, "wind": 1e9}
+    trim = find_trim(stalling_rotor(heavy=-1.0), at(3000.0), easy=unflyable)
+    assert trim.stage == "arclength" and incidence(trim) == pytest.approx(incidences(3000.0)[0], abs=1e-7)
+    neither = find_trim(stalling_rotor(heavy=-1.0, upper=0.5), at(3000.0), easy=unflyable)
+    assert "no start: easy flight has no trim" in neither.reason and "from 1000 kg" in neither.reason
+
+
 def test_no_light_trim_is_said():
     bounded = replace(stalling_rotor(), unknowns=(Unknown("incidence", "-", 1.0, 5.0, 6.0, 5.5),))
     trim = find_trim(bounded, at(2200.0), easy=EASY)
-    assert not trim.success and "no trim at 1000 kg" in trim.reason
+    assert not trim.success and trim.reason == "no start: 1000 kg has no trim"
 
 
 def test_an_easier_system_gives_the_start():

@@ -1,10 +1,10 @@
 """The cascade that finds a trim: which start is tried after which, and which trim is taken where several exist.
 
-A neighbour's trim; momentum theory; the trim with a tail rotor that never stalls; the trim of a light aircraft,
-followed to the mass asked for; the trim of a light aircraft in easy flight, followed to the flight asked for. A way of
-trims may fold: it turns back at a largest mass, where a rotor stalls, and comes forward again on trims of deep stall.
-Between the folds several trims exist for one mass; the one of least power, met first on the way from a light aircraft,
-is the one that an aircraft would fly.
+A neighbour's trim; momentum theory; the trim with a tail rotor that never stalls; the trim of a light aircraft in easy
+flight, followed to the flight asked for; the trim of a light aircraft, followed to the mass asked for. A way of trims
+may fold: it turns back where a rotor stalls, and comes forward again on trims of deep stall. Between the folds several
+trims exist for one flight; the one of least power, met first on the way from a light aircraft, is the one that an
+aircraft would fly.
 """
 
 from __future__ import annotations
@@ -97,11 +97,11 @@ class _Search:
     parameters: Mapping[str, float]
     easy: Mapping[str, float]
 
-    def way(self, easy: Mapping[str, float]) -> Trim | None:
-        """Trim at the end of the way from the ``easy`` parameters; None if even those have no trim."""
+    def way(self, easy: Mapping[str, float]) -> Trim:
+        """Trim at the end of the way from the ``easy`` parameters."""
         start = self.system.solve({**self.parameters, **easy}, method="newton")
         if not start.success:
-            return None
+            return Trim(start, "arclength", reason=f"no start: {_named(easy, self.parameters)} has no trim")
         branch = self.system.follow(start, self.parameters, max_jacobians=LARGEST_EFFORT)
         return Trim(
             branch.solution,
@@ -112,17 +112,20 @@ class _Search:
         )
 
     @property
-    def light(self) -> dict[str, float]:
-        return {"mass": min(self.easy["mass"], self.parameters["mass"])}
+    def starts(self) -> tuple[Mapping[str, float], ...]:
+        """Easy flight, and the flight asked for with the light aircraft, each by the parameters that it changes.
+
+        Easy flight comes first: a light aircraft is not easy to trim in every flight, its drag may be too much.
+        """
+        light = {"mass": min(self.easy["mass"], self.parameters["mass"])}
+        easy = {name: value for name, value in {**self.easy, **light}.items() if value != self.parameters[name]}
+        return (easy,) if set(easy) <= {"mass"} else (easy, light)
 
     def followed(self, failed: Solution) -> Trim:
-        """Trim by continuation in mass, then in all parameters at once; else ``failed`` with the reason."""
+        """Trim by continuation from easy flight in all parameters at once, then in mass; else ``failed``."""
         reasons, effort = [], 0
-        for easy in (self.light, {**self.easy, **self.light}):
+        for easy in self.starts:
             trim = self.way(easy)
-            if trim is None:
-                reasons.append(f"no trim at {easy['mass']:.0f} kg")
-                continue
             effort += trim.jacobians
             if trim.success:
                 return self.settled(replace(trim, jacobians=effort))
@@ -143,9 +146,7 @@ class _Search:
 
     def _lowest(self, trim: Trim) -> Trim:
         """The trim met first on the way from a light aircraft, if it takes less power than ``trim``."""
-        other = self.way(self.light)
-        if other is None:
-            return trim
+        other = self.way(self.starts[0])
         effort = trim.jacobians + other.jacobians
         if not other.success or abs(other.power - trim.power) <= SAME_POWER * abs(trim.power):
             return replace(trim, jacobians=effort)
@@ -160,10 +161,14 @@ class _Search:
         return branch.solution.status is Status.INFEASIBLE
 
 
+def _named(easy: Mapping[str, float], parameters: Mapping[str, float]) -> str:
+    return f"{easy.get('mass', parameters['mass']):.0f} kg" if set(easy) <= {"mass"} else "easy flight"
+
+
 def _reason(branch: Branch, easy: Mapping[str, float], parameters: Mapping[str, float]) -> str:
     """Where the trims that were followed from ``easy`` end."""
-    turns = f" after {len(branch.folds)} folds" if branch.folds else ""
+    reached = f"{100 * branch.furthest:.0f} % of the way"
     if set(easy) == {"mass"}:
-        heaviest = easy["mass"] + branch.furthest * (parameters["mass"] - easy["mass"])
-        return f"trims followed from {easy['mass']:.0f} kg reach {heaviest:.0f} kg and end{turns}"
-    return f"trims followed from easy flight reach {100 * branch.furthest:.0f} % of the way and end{turns}"
+        reached = f"{easy['mass'] + branch.furthest * (parameters['mass'] - easy['mass']):.0f} kg"
+    turns = f" after {len(branch.folds)} folds" if branch.folds else ""
+    return f"trims followed from {_named(easy, parameters)} reach {reached} and end{turns}"
