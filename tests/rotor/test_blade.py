@@ -6,7 +6,7 @@ from scipy.integrate import quad
 from scipy.linalg import eigh
 
 from vrsopt.aircraft import Blade, load_aircraft
-from vrsopt.rotor.blade import Beam, flap_modes
+from vrsopt.rotor.blade import Beam
 
 NOMINAL = 44.4  # rad/s
 BLADE = load_aircraft("bo105").main_rotor.blade
@@ -145,18 +145,3 @@ def test_slope_and_curvature_are_derivatives(family):
     for order in (0, 1):
         difference = (modes.at(radius + 1e-5, order) - modes.at(radius - 1e-5, order)) / 2e-5
         assert modes.at(radius, order + 1) == pytest.approx(difference, rel=1e-6, abs=1e-8)
-
-
-def test_load_vectors_of_precone_and_weight():
-    """Integrals of m r phi and m phi by an independent fine quadrature."""
-    modes = flap_modes(BLADE, rotor_speed=NOMINAL)
-    edges = np.array([0.37, 0.9, 1.1, 4.91])
-    points, weights = np.polynomial.legendre.leggauss(60)
-    first, zeroth = np.zeros(3), np.zeros(3)
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        r, dr = a + (points + 1) / 2 * (b - a), weights / 2 * (b - a)
-        m = np.interp(r, BLADE.station, BLADE.mass_per_length)
-        first += (m * r * dr) @ modes.at(r)[0]
-        zeroth += (m * dr) @ modes.at(r)[0]
-    assert modes.precone == pytest.approx(first, rel=1e-6)
-    assert modes.weight == pytest.approx(zeroth, rel=1e-6)

@@ -147,6 +147,21 @@ def test_bending_forces_are_the_gradient_of_the_energy():
     assert np.array(found) == pytest.approx(np.array(gradient), abs=1e-9 * float(ca.mmax(ca.fabs(gradient))))
 
 
+def test_load_vectors_of_precone_and_weight():
+    """Integrals of m r phi and m phi by an independent fine quadrature."""
+    equations = BladeEquations(ROTOR, Fidelity())
+    edges = np.array(ROTOR.blade.station)
+    points, weights = np.polynomial.legendre.leggauss(80)
+    first, zeroth = np.zeros(3), np.zeros(3)
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        r, dr = a + (points + 1) / 2 * (b - a), weights / 2 * (b - a)
+        m = np.interp(r, edges, ROTOR.blade.mass_per_length)
+        first += (m * r * dr) @ equations.flap.at(r)
+        zeroth += (m * dr) @ equations.flap.at(r)
+    assert equations.flap_moment == pytest.approx(first, rel=1e-6)
+    assert equations.flap_weight == pytest.approx(zeroth, rel=1e-6)
+
+
 def test_radial_quadrature_of_the_pitch_coupling():
     """Against the quadrature of the finite elements, forty times as many points."""
     equations = BladeEquations(ROTOR, Fidelity())

@@ -143,41 +143,6 @@ def hermite(nodes: np.ndarray, radius: np.ndarray, order: int) -> np.ndarray:
     return basis
 
 
-@dataclass(frozen=True)
-class FlapModes:
-    """Flap modes with the load vectors of precone (integral of m r phi, kg m) and weight (integral of m phi, kg)."""
-
-    modes: Modes
-    precone: np.ndarray
-    weight: np.ndarray
-
-    @property
-    def mass(self) -> np.ndarray:
-        """Modal mass, kg."""
-        return self.modes.mass
-
-    @property
-    def bending(self) -> np.ndarray:
-        """Modal bending stiffness, N/m."""
-        return self.modes.elastic
-
-    @property
-    def centrifugal(self) -> np.ndarray:
-        """Modal centrifugal stiffness over Omega^2, kg."""
-        return self.modes.centrifugal
-
-    def at(self, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Deflection (E, n) and slope [1/m] (E, n)."""
-        return self.modes.at(radius), self.modes.at(radius, 1)
-
-    def frequencies(self, rotor_speed: float) -> np.ndarray:
-        """Natural frequencies (n,), rad/s."""
-        return self.modes.frequencies(rotor_speed)
-
-
-def flap_modes(blade: Blade, *, rotor_speed: float, count: int = 3) -> FlapModes:
+def flap_modes(blade: Blade, *, rotor_speed: float, count: int = 3) -> Modes:
     """The ``count`` lowest flap modes at ``rotor_speed`` [rad/s] as Ritz basis."""
-    beam = Beam(blade)
-    modes = beam.modes("flap", rotor_speed=rotor_speed, count=count)
-    load = modes.at(beam.radius).T * (beam.mass_per_length * beam.weight)
-    return FlapModes(modes, load @ beam.radius, load.sum(axis=1))
+    return Beam(blade).modes("flap", rotor_speed=rotor_speed, count=count)
