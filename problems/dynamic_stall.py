@@ -4,10 +4,10 @@
 
 Measured by McAlister, Pucci, McCroskey and Carr (NASA TM 84245, 1982). The file holds for each frame Mach number, mean
 angle, amplitude [deg] and reduced frequency in ``f<frame>_meta_M_a0_a1_k``, phase [deg] and coefficient in
-``f<frame>_time_exp_cl`` and ``f<frame>_clt_exp``, and angle of attack [deg] and coefficient in ``f<frame>_alpha_exp_cl``
-and ``f<frame>_cl_exp``; likewise cd and cm. Prints the table of errors and writes figures/dynamic_stall.png. Mean
-angle, amplitude, Mach number and frequency are all that changes from frame to frame: section and time constants are
-those of vrsopt/data/naca_0012.toml.
+``f<frame>_time_exp_cl`` and ``f<frame>_clt_exp``, and angle of attack [deg] and coefficient in
+``f<frame>_alpha_exp_cl`` and ``f<frame>_cl_exp``; likewise cd and cm. Prints the table of errors and writes
+figures/dynamic_stall.png. Mean angle, amplitude, Mach number and frequency are all that changes from frame to frame:
+section and time constants are those of vrsopt/data/naca_0012.toml.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ def section_fit(section: Airfoil, deck: Deck) -> SectionFit:
 
 
 def _critical_normal_force(section: Airfoil, table: Table) -> list[float]:
-    """Lift where separation has taken the part of the attached lift that belongs to 30 % of separated chord.
+    """Normal force where separation has taken the part of the attached lift that goes with 30 % of separated chord.
 
     For NACA 0012 that is Leishman and Beddoes's critical normal force.
     """
@@ -136,14 +136,15 @@ def _critical_normal_force(section: Airfoil, table: Table) -> list[float]:
     m = state[2]
     slope, zero = section.attached_lift(m)
     attached = slope * (state[0] * ca.sqrt(1 - zero**2) - state[1] * zero)
-    lift = section.coefficients(state[0], state[1], m, 0.0)[0]
-    function = ca.Function("lift", [state], [ca.vertcat(lift, attached)])
+    lift, drag, _ = section.coefficients(state[0], state[1], m, section.drag_reference)
+    normal = lift * state[1] + drag * state[0]
+    function = ca.Function("normal", [state], [ca.vertcat(normal, attached)])
     mach = columns(table)[0]
     forces = []
     for value in mach:
-        lift, attached = function(np.vstack([np.sin(alpha), np.cos(alpha), np.full_like(alpha, value)])).full()
-        broken = (lift < part * attached) & (lift > 0.1)
-        forces.append(float(lift[np.argmax(broken)]) if broken.any() else float(lift.max()))
+        force, attached = function(np.vstack([np.sin(alpha), np.cos(alpha), np.full_like(alpha, value)])).full()
+        broken = (force < part * attached) & (force > 0.1)
+        forces.append(float(force[np.argmax(broken)]) if broken.any() else float(force.max()))
     return [float(f"{c:.4g}") for c in npoly.polyfit(mach, forces, min(3, len(mach) - 1))]
 
 
