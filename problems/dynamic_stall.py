@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from vrsopt.rotor.airfoil import load_section
-from vrsopt.rotor.dynamic_stall import SectionLoop, harmonic_pitch, section_loop
+from vrsopt.rotor.oscillating_section import SectionLoop, harmonic_pitch, section_loop
 
 # The target, then light and deep stall, slow and fast, shifted mean angles and a lower Mach number.
 FRAMES = (9302, 7110, 7113, 9221, 9222, 9223, 9307, 10105, 10303, 9217, 9203)

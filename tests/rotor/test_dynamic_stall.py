@@ -12,7 +12,8 @@ from vrsopt.aircraft import load_aircraft
 from vrsopt.atmosphere import standard_air
 from vrsopt.errors import InputError
 from vrsopt.rotor.airfoil import load_section, polynomial, smooth_clip
-from vrsopt.rotor.dynamic_stall import IMPULSIVE, INDICIAL, harmonic_pitch, section_loop, unsteady_blade_loads
+from vrsopt.rotor.dynamic_stall import IMPULSIVE, INDICIAL, unsteady_blade_loads
+from vrsopt.rotor.oscillating_section import harmonic_pitch, section_loop
 from vrsopt.rotor.section_loads import SLOWEST, SectionLoads, blade_loads
 
 FRAMES = Path(__file__).resolve().parents[3] / "shared" / "reference" / "dynstall.npz"
