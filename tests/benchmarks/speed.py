@@ -1,23 +1,30 @@
-"""How long things take, as one JSON object: python tests/benchmarks/speed.py
+"""How long things take, as one JSON object: python tests/benchmarks/speed.py [trims] [trajectory] [whole]
 
-Times are medians in seconds on whatever machine this runs; ratios compare two ways of one process run and are the
-figures to quote. Nothing here gates a test.
+Trims in ms of CPU time of one core, means over the level-flight box below the blade-loading limit; the rest in seconds
+on whatever machine this runs. Ratios compare two ways of one process run and are the figures to quote. Nothing here
+gates a test.
 """
 
 from __future__ import annotations
 
 import json
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import qmc
 
-from vrsopt.equilibrium import calibrated_constants, trim_system
+from vrsopt.aircraft import Aircraft
+from vrsopt.atmosphere import standard_air
+from vrsopt.equilibrium import trim_system
+from vrsopt.flight import trim_parameters
+from vrsopt.helicopter import helicopter
+from vrsopt.limits import Limits
 from vrsopt.mission.file import read_mission
 from vrsopt.mission.profile import Profile
-from vrsopt.helicopter import helicopter
 from vrsopt.schedule.compare import SurrogateAircraft, _shipped, solve
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash
@@ -25,51 +32,86 @@ from vrsopt.surrogate.design import model_data_hash
 SARM = Path(__file__).parents[2] / "problems" / "sarm.toml"
 
 
-def median(action: Callable[[], object], repeats: int = 7) -> float:
+def cpu(action: Callable[[], object]) -> float:
+    """CPU time of one call in ms."""
+    begin = time.process_time()
     action()
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - begin)
-    return statistics.median(times)
+    return 1e3 * (time.process_time() - begin)
 
 
-def trims() -> dict[str, float]:
+def box(aircraft: Aircraft, limits: Limits, count: int) -> list[dict[str, float]]:
+    """Level flights of a Latin hypercube of the study's box that are below the blade-loading limit."""
+    low = (1400.0, 0.0, 0.0, 0.75, np.radians(6.0))
+    high = (2500.0, 2000.0, 70.0, 1.15, np.radians(16.0))
+    found = []
+    for mass, altitude, speed, ratio, twist in qmc.scale(
+        qmc.LatinHypercube(len(low), seed=17).random(count), low, high
+    ).tolist():
+        rotor_speed = ratio * aircraft.main_rotor.nominal_rotor_speed
+        loading, largest = limits.blade_loading(mass, standard_air(altitude).density, rotor_speed, speed)
+        if loading <= largest:
+            flight = {"mass": mass, "altitude": altitude, "speed": speed, "rotor_speed": rotor_speed, "twist": twist}
+            found.append({**flight, "isa_offset": 0.0, "climb_angle": 0.0, "load_factor": 1.0})
+    return found
+
+
+def trims(count: int = 60) -> dict[str, float]:
+    """Mean CPU times [ms] over the level-flight box: one trim from nowhere, its derivatives, and its neighbours."""
     machine = helicopter("bo105")
-    system = trim_system(machine.aircraft)
-    flight = {
-        "mass": 2000.0,
-        "altitude": 200.0,
-        "isa_offset": 0.0,
-        "speed": 40.0,
-        "climb_angle": 0.0,
-        "load_factor": 1.0,
-        "rotor_speed": 42.0,
-        "twist": 0.17,
-        **calibrated_constants(machine.aircraft),
-    }
-    near = {**flight, "mass": 2020.0, "speed": 41.0}
-    start = system.solve(flight, method="newton")
-    cold = median(lambda: system.solve(flight, method="newton"))
-    ipopt = median(lambda: system.solve(flight, method="ipopt"))
-    chord = median(lambda: system.solve(near, start, method="newton"))
-    slopes = median(lambda: system.sensitivities(start))
+    aircraft, system = machine.aircraft, trim_system(machine.aircraft)
+    limits = Limits(aircraft, machine.engine)
+    flights = box(aircraft, limits, count)
+    warm = system.solve(trim_parameters(aircraft, flights[0]), method="newton")  # builds the functions
+    system.sensitivities(warm)
+    system.solve(warm.parameters, method="ipopt")
+    times: dict[str, list[float]] = {name: [] for name in ("cold", "cascade", "slopes", "near_v", "near_w", "near_o")}
+    ipopt, same, iterations, failed = [], 0, [], 0
+    for k, flight in enumerate(flights):
+        parameters = trim_parameters(aircraft, flight)
+        solution = system.solve(parameters, method="newton")
+        times["cascade"].append(cpu(lambda flight=flight: machine.trim(flight)))
+        if not solution.success:
+            failed += 1
+            continue
+        times["cold"].append(cpu(lambda p=parameters: system.solve(p, method="newton")))
+        times["slopes"].append(cpu(lambda s=solution: system.sensitivities(s)))
+        iterations.append(solution.iterations)
+        for name, change in (("near_v", ("speed", 2.0)), ("near_w", ("mass", 25.0)), ("near_o", ("rotor_speed", 1.0))):
+            near = {**parameters, change[0]: parameters[change[0]] + change[1]}
+            times[name].append(cpu(lambda p=near, s=solution: system.solve(p, s, method="newton")))
+            same += system.solve(near, solution, method="newton").factorisation is solution.factorisation
+        if k % 6 == 0:
+            ipopt.append(cpu(lambda p=parameters: system.solve(p, method="ipopt")) / times["cold"][-1])
+    z, p = warm.scaled, system.vector(warm.parameters)
+    mean = {name: statistics.mean(values) for name, values in times.items()}
+    near = times["near_v"] + times["near_w"] + times["near_o"]
     return {
-        "trim_cold_newton_s": cold,
-        "trim_cold_ipopt_s": ipopt,
-        "trim_neighbour_s": chord,
-        "trim_sensitivities_s": slopes,
-        "ipopt_over_newton": ipopt / cold,
-        "cold_over_neighbour": cold / chord,
+        "trim_points": len(flights),
+        "trim_not_by_newton_alone": failed,
+        "trim_cold_ms": mean["cold"],
+        "trim_derivatives_ms": mean["slopes"],
+        "trim_cold_with_derivatives_ms": mean["cold"] + mean["slopes"],
+        "trim_cascade_ms": mean["cascade"],
+        "trim_cascade_largest_ms": max(times["cascade"]),
+        "trim_iterations": statistics.mean(iterations),
+        "neighbour_ms": statistics.mean(near),
+        "neighbour_median_ms": statistics.median(near),
+        "neighbour_speed_plus_2_ms": mean["near_v"],
+        "neighbour_mass_plus_25_ms": mean["near_w"],
+        "neighbour_rotor_speed_plus_1_ms": mean["near_o"],
+        "neighbour_kept_factorisation_percent": 100 * same / len(near),
+        "ipopt_over_newton": statistics.mean(ipopt),
+        "residual_ms": statistics.mean(cpu(lambda: system._residual(z, p)) for _ in range(20)),
+        "jacobian_ms": statistics.mean(cpu(lambda: system._jacobian(z, p)) for _ in range(5)),
+        "rough_singular_value_ms": statistics.mean(
+            cpu(lambda: system.smallest_singular_value(warm, exact=False)) for _ in range(5)
+        ),
     }
 
 
 def trajectory() -> dict[str, float]:
     mission = read_mission(SARM)
     machine = helicopter(mission.aircraft)
-    from vrsopt.limits import Limits
-
     limits = Limits(machine.aircraft, machine.engine, mission.limits.limits, mission.limits.manoeuvre_margin)
     make = SurrogateAircraft(_shipped(model_data_hash()), limits)
     problem = TrajectoryProblem(Profile.of(mission), make)
@@ -90,5 +132,8 @@ def whole() -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    figures = {**trims(), **trajectory(), **whole()}
+    parts = {"trims": trims, "trajectory": trajectory, "whole": whole}
+    figures: dict[str, float] = {}
+    for part in sys.argv[1:] or parts:
+        figures |= parts[part]()
     print(json.dumps({name: float(np.round(value, 6)) for name, value in figures.items()}, indent=2))
