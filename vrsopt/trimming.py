@@ -22,8 +22,10 @@ Stage = Literal["guess", "momentum", "tail rotor", "homotopy", "arclength"]
 SUSPICIOUS = 0.03  # smallest singular value of the scaled Jacobian; 0.1 to 0.2 in ordinary flight
 ROUGH = 1.3  # the value from Newton's last Jacobian may be too large by this factor
 SAME_POWER = 1e-5  # relative difference within which two trims are one
-HEAVIER = 1.1  # how far beyond its mass a suspicious trim is followed to see whether its way turns back
+HEAVIER = 1.05  # how far beyond its mass a suspicious trim is followed to see whether its way turns back
 LARGEST_EFFORT = 80  # Jacobians of one continuation
+FORWARD_EFFORT = 20  # Jacobians of the way to the heavier aircraft
+CONCLUSIVE = (Status.OUT_OF_BOUNDS, Status.INFEASIBLE)  # ends of a way that another start does not change
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,10 @@ class _Search:
         return (easy,) if set(easy) <= {"mass"} else (easy, light)
 
     def followed(self, failed: Solution) -> Trim:
-        """Trim by continuation from easy flight in all parameters at once, then in mass; else ``failed``."""
+        """Trim by continuation from easy flight in all parameters at once, then in mass; else ``failed``.
+
+        Where the first way ends in deep stall, behind folds, the second would end there too.
+        """
         reasons, effort = [], 0
         for easy in self.starts:
             trim = self.way(easy)
@@ -130,6 +135,8 @@ class _Search:
             if trim.success:
                 return self.settled(replace(trim, jacobians=effort))
             reasons.append(trim.reason)
+            if trim.folds and trim.solution.status in CONCLUSIVE:
+                break
         return Trim(failed, "arclength", jacobians=effort, reason="; ".join(reasons))
 
     def settled(self, trim: Trim) -> Trim:
@@ -157,7 +164,7 @@ class _Search:
     def _turns_back(self, trim: Trim) -> bool:
         """Whether the way of trims to a heavier aircraft comes back to this mass: another trim exists here."""
         heavier = {**self.parameters, "mass": HEAVIER * self.parameters["mass"]}
-        branch = self.system.follow(trim.solution, heavier, max_jacobians=LARGEST_EFFORT // 3)
+        branch = self.system.follow(trim.solution, heavier, max_jacobians=FORWARD_EFFORT)
         return branch.solution.status is Status.INFEASIBLE
 
 
