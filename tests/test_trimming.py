@@ -103,6 +103,7 @@ def test_without_a_trim_the_reason_tells_how_far_trims_go():
     assert trim.solution.status is not Status.CONVERGED and trim.solution.parameters == at(3000.0)
     kilograms = [float(word) for word in trim.reason.replace(",", "").split() if word.replace(".", "").isdigit()]
     assert "kg" in trim.reason and kilograms[1] == pytest.approx(2500, abs=40)
+    assert "after 1 folds (at or beyond its bound: incidence)" in trim.reason
     assert trim.jacobians > 0
 
 

@@ -168,8 +168,8 @@ class ResidualSystem:
         Pseudo-arclength continuation (:mod:`vrsopt.solvers.arclength`): the first solution at ``parameters`` that the
         curve meets. It ends without success where the curve leaves the bounds of an unknown or returns to its start.
         """
-        first, last = self.vector(start.parameters), self.vector(parameters)
-        way, (lower, upper) = last - first, self.bounds
+        first, (lower, upper) = self.vector(start.parameters), self.bounds
+        way = self.vector(parameters) - first
         curve = follow_curve(
             lambda z, s: self._residual(z, first + s * way).full().ravel(),
             lambda z, s: self._widened(z, first + s * way, way).full(),
@@ -180,12 +180,12 @@ class ResidualSystem:
             max_jacobians=max_jacobians,
             admissible=lambda z: bool(np.all(z >= lower) and np.all(z <= upper)),
         )
-        p = first + curve.parameter * way
-        solution = self._solution(p, curve.root, curve.status, curve.jacobians, curve.factorisation)
-        if curve.status is not Status.CONVERGED:
-            message = f"{self.name}: no way to the target: {curve.status} at {100 * curve.parameter:.1f} % of the way"
-            solution = replace(solution, success=False, status=curve.status, message=message)
-        return Branch(solution, curve.folds, float(np.max(curve.parameters)), curve.jacobians)
+        p, status, effort = first + curve.parameter * way, curve.status, curve.jacobians
+        solution = self._solution(p, curve.root, status, effort, curve.factorisation)
+        if status is not Status.CONVERGED:
+            place = f"{status} at {100 * curve.parameter:.1f} % of the way{self._at_bounds(curve.root)}"
+            solution = replace(solution, success=False, status=status, message=f"{self.name}: {place}")
+        return Branch(solution, curve.folds, float(np.max(curve.parameters)), effort)
 
     def smallest_singular_value(self, solution: Solution, *, exact: bool = True) -> float:
         """Smallest singular value of the scaled Jacobian: zero at a fold, where derivatives end.
@@ -247,15 +247,15 @@ class ResidualSystem:
     def _message(self, status: Status, z: np.ndarray, r: np.ndarray, iterations: int) -> str:
         if status is Status.CONVERGED:
             return f"{self.name}: converged in {iterations} iterations"
+        worst = int(np.argmax(np.where(np.isfinite(r), np.abs(r), np.inf)))
+        where = f"largest scaled residual {r[worst]:.2e} in {self.residuals[worst].name!r}{self._at_bounds(z)}"
+        return f"{self.name}: {status} after {iterations} iterations; {where}"
+
+    def _at_bounds(self, z: np.ndarray) -> str:
         lower, upper = self.bounds
         outside = (z <= lower + 1e-6) | (z >= upper - 1e-6)
         active = [unknown.name for unknown, out in zip(self.unknowns, outside, strict=True) if out]
-        worst = int(np.argmax(np.where(np.isfinite(r), np.abs(r), np.inf)))
-        bound = f"; at or beyond its bound: {', '.join(active[:3])}" if active else ""
-        return (
-            f"{self.name}: {status} after {iterations} iterations; "
-            f"largest scaled residual {r[worst]:.2e} in {self.residuals[worst].name!r}{bound}"
-        )
+        return f"; at or beyond its bound: {', '.join(active[:3])}" if active else ""
 
     # -- derivatives and embedding ---------------------------------------------------------------------------------
 

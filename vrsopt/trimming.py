@@ -178,4 +178,5 @@ def _reason(branch: Branch, easy: Mapping[str, float], parameters: Mapping[str, 
     if set(easy) == {"mass"}:
         reached = f"{easy['mass'] + branch.furthest * (parameters['mass'] - easy['mass']):.0f} kg"
     turns = f" after {len(branch.folds)} folds" if branch.folds else ""
-    return f"trims followed from {_named(easy, parameters)} reach {reached} and end{turns}"
+    bound = branch.solution.message.partition("; ")[2]
+    return f"trims followed from {_named(easy, parameters)} reach {reached} and end{turns}{bound and f' ({bound})'}"
