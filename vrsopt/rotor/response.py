@@ -57,7 +57,8 @@ class RotorState:
 @dataclass(frozen=True)
 class Elements:
     """What the blade elements feel, (E, N) each: velocities of the air against their motion, upward and outward [m/s],
-    pitch [rad] and its rate [rad/s], induced velocity [m/s, down]; ``root_pitch`` (1, N).
+    pitch [rad], rotation about the span [rad/s] (a coned blade turns about its span too), induced velocity [m/s, down];
+    ``root_pitch`` (1, N).
 
     The directions are those of the deflected blade with slopes w' and v': outward e_r + v' e_psi + w' e_z, along
     e_psi - v' e_r, and up e_z - w' e_r - w' v' e_psi, to second order; loads go back by the same rotation, so that no
@@ -178,6 +179,7 @@ class RotorModel:
             + motion.lag_rate
         )
         upward = state.wind[2] - induced - motion.flap_rate + ca.mtimes(radius, tilt)
+        roll = cos * state.hub_rate[0] + sin * state.hub_rate[1]  # and about e_r
         w_r, v_r = motion.flap_slope + radians(rotor.precone), motion.lag_slope
         root_pitch = state.collective + state.lateral_cyclic * cos + state.longitudinal_cyclic * sin
         pitch_rate = Omega * (state.longitudinal_cyclic * cos - state.lateral_cyclic * sin)
@@ -187,7 +189,7 @@ class RotorModel:
             upward=upward - w_r * outward + w_r * v_r * tangential,
             outward=outward - v_r * tangential + w_r * upward,
             pitch=ca.mtimes(column, root_pitch) - twist + motion.torsion,
-            pitch_rate=ca.mtimes(column, pitch_rate) + motion.torsion_rate,
+            pitch_rate=ca.mtimes(column, pitch_rate + roll) + motion.torsion_rate + Omega * w_r,
             induced=induced,
             root_pitch=root_pitch,
             motion=motion,
