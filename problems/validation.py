@@ -1,103 +1,31 @@
 """Set the model against what is known, and write the comparison to problems/validation.md.
 
-    python problems/validation.py [deck.npz]
+    python problems/validation.py [deck.npz [dynstall.npz]]
 
 Everything is reported as it falls; only what the page calls calibrated was fitted. ``deck.npz`` is a NACA 23012 section
 deck (arrays c81_alpha_cl, c81_mach_cl, c81_cl and the same for cd); without it the section's fit error is left out.
+``dynstall.npz`` holds measured loops of oscillating sections (problems/dynamic_stall.py); if it is not given, a file of
+that name beside the deck is taken, and without one that table is left out.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
+import convergence
 import numpy as np
+import validation_rotor
+from convergence import table
 
 import vrsopt
 from vrsopt.aircraft import load_aircraft
-from vrsopt.rotor.blade import flap_modes
 from vrsopt.schedule.compare import solve
 from vrsopt.surrogate.training import fit
 
 HERE = Path(__file__).parent
 KNOT = 1852 / 3600  # m/s
-
-# DLR Bo 105 S123, about 2200 kg, sea level; G. D. Padfield, Helicopter Flight Dynamics, figures 4.6 to 4.11, digitised.
-# Whether the power is the engines' or the rotor's is not resolved: both readings are tabulated.
-FLIGHT_POWER = {
-    4.02: 393.0,
-    11.68: 333.3,
-    20.42: 308.0,
-    33.05: 246.8,
-    45.87: 217.3,
-    58.92: 229.8,
-    77.86: 264.8,
-    99.22: 351.7,
-}
-FLIGHT_PITCH = {0.1: 2.71, 15.7: 2.58, 26.6: 3.23, 48.1: 0.12, 59.4: -0.66, 77.9: -2.27, 95.8: -4.34}
-# Beam of the scaled HART II blade, per nominal revolution, at 100 and 85 % rotor speed
-FLAP_FREQUENCIES = {1.0: (1.1155, 2.8121, 4.9908), 0.85: (0.957, 2.444, 4.453)}
-
-
-def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    names = list(header)
-    yield "| " + " | ".join(names) + " |"
-    yield "|" + "---|" * len(names)
-    for row in rows:
-        yield "| " + " | ".join(str(cell) for cell in row) + " |"
-    yield ""
-
-
-def trim_power(speed: float) -> vrsopt.OperatingPoint:
-    return vrsopt.trim(2200.0, speed, method="newton")
-
-
-def rotor() -> Iterator[str]:
-    yield "## Rotor and trim\n"
-    hover = trim_power(0.0)
-    speeds = np.arange(20.0, 45.0, 0.5)
-    power = [p.main_rotor_power + p.tail_rotor_power for p in map(trim_power, speeds)]
-    yield from table(
-        ("quantity", "model", "reference"),
-        [
-            ("figure of merit, hover, 2200 kg, sea level", f"{hover.figure_of_merit:.3f}", "0.60 to 0.78"),
-            ("speed of least power, 2200 kg", f"{speeds[int(np.argmin(power))]:.1f} m/s", "28 to 36 m/s"),
-        ],
-    )
-    blade = load_aircraft().main_rotor.blade
-    modes = flap_modes(blade, rotor_speed=44.4)
-    rows = []
-    for ratio, reference in FLAP_FREQUENCIES.items():
-        found = modes.frequencies(ratio * 44.4) / 44.4
-        rows += [
-            (f"{100 * ratio:.0f} %", i + 1, f"{f:.4f}", r, f"{100 * (f / r - 1):+.2f} %")
-            for i, (f, r) in enumerate(zip(found, reference, strict=True))
-        ]
-    yield "Flap frequencies per nominal revolution, fixed Ritz basis:\n"
-    yield from table(("rotor speed", "mode", "model", "beam", "difference"), rows)
-    yield "Level-flight power against flight test (not a target: the source does not say which power it is):\n"
-    rows = []
-    for knots, measured in FLIGHT_POWER.items():
-        point = trim_power(knots * KNOT)
-        main, engines = point.main_rotor_power / 1e3, 2 * point.shaft_power_per_engine / 1e3
-        rows.append(
-            (
-                knots,
-                measured,
-                f"{main:.0f}",
-                f"{100 * (main / measured - 1):+.0f} %",
-                f"{engines:.0f}",
-                f"{100 * (engines / measured - 1):+.0f} %",
-            )
-        )
-    yield from table(("speed kt", "flight test kW", "main rotor kW", "difference", "engines kW", "difference"), rows)
-    yield "Pitch attitude against flight test:\n"
-    rows = []
-    for knots, measured in FLIGHT_PITCH.items():
-        model = np.degrees(trim_power(knots * KNOT).pitch)
-        rows.append((knots, measured, f"{model:.2f}", f"{model - measured:+.2f}"))
-    yield from table(("speed kt", "flight test deg", "model deg", "difference deg"), rows)
 
 
 def section(deck: Path) -> Iterator[str]:
@@ -193,15 +121,35 @@ def mission() -> Iterator[str]:
     yield from table(header, rows)
 
 
+def rotor(deck: Path | None, loops: Path | None) -> Iterator[str]:
+    yield "## Rotor and trim\n"
+    for part in (validation_rotor.key_figures, validation_rotor.frequencies, validation_rotor.flight_test):
+        yield from part()
+    if deck is not None:
+        yield from section(deck)
+    if loops is not None:
+        yield from validation_rotor.stall(loops)
+    for part in (validation_rotor.isolated, validation_rotor.ground, validation_rotor.power_balance):
+        yield from part()
+
+
+def numbers() -> Iterator[str]:
+    yield "## Convergence and derivatives\n"
+    for part in (convergence.resolution, convergence.inflow, convergence.modes, convergence.derivatives):
+        yield from part()
+
+
 def main() -> None:
-    deck = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    files = [Path(argument) for argument in sys.argv[1:3]]
+    deck = files[0] if files else None
+    beside = deck.with_name("dynstall.npz") if deck else None
+    loops = files[1] if len(files) > 1 else beside if beside and beside.exists() else None
     lines = [
         "# Validation\n",
         "Written by `python problems/validation.py deck.npz`: every number below comes from a run of it.\n",
+        *rotor(deck, loops),
+        *numbers(),
     ]
-    lines += rotor()
-    if deck is not None:
-        lines += section(deck)
     for part in (engine, surrogate, mission):
         lines += part()
     (HERE / "validation.md").write_text("\n".join(lines))
