@@ -213,8 +213,8 @@ def difference(system: ResidualSystem, solution: Solution, name: str, step: floa
 def sensitivity_error(system: ResidualSystem, solution: Solution) -> tuple[float, str]:
     """Largest relative error of d(power)/d(variable) over the variables, and the name of that variable.
 
-    At the better of two steps: the long one leaves curvature, the short one the residual's tolerance. Relative to the
-    derivative, or to a thousandth of the power per range of the variable, since near an optimum the derivative itself
+    At the best of three steps: a long one leaves curvature, a short one the residual's tolerance. Relative to the
+    derivative, or to a hundredth of the power per range of the variable, since near an optimum the derivative itself
     vanishes. Straight flight has no slope in the turn rate but for the tail rotor and is left out there.
     """
     slopes = system.sensitivities(solution)
@@ -223,8 +223,8 @@ def sensitivity_error(system: ResidualSystem, solution: Solution) -> tuple[float
         if name == "turn_rate" and solution.parameters[name] == 0:
             continue
         exact = slopes["main_rotor_power"][name] + slopes["tail_rotor_power"][name]
-        size = max(abs(exact), 1e-3 * power(solution) / width)
-        error = min(abs(exact - difference(system, solution, name, h)) / size for h in (step, step / 8))
+        size = max(abs(exact), 1e-2 * power(solution) / width)
+        error = min(abs(exact - difference(system, solution, name, h)) / size for h in (step, step / 2, step / 8))
         if not error <= worst[0]:
             worst = (error, name)
     return worst
