@@ -94,6 +94,7 @@ def test_washout_lowers_the_tip_and_cyclic_acts_at_its_azimuth():
     assert at_three_quarters[3] == pytest.approx(expected, rel=1e-12)
     assert np.array(elements.root_pitch).ravel() == pytest.approx(expected, rel=1e-12)
     rate = OMEGA * (-0.03 * np.sin(model.azimuth) - 0.05 * np.cos(model.azimuth))
+    rate += OMEGA * np.radians(ROTOR.precone)  # a coned blade turns about its span
     assert np.array(elements.pitch_rate)[5] == pytest.approx(rate, rel=1e-12)
 
 
@@ -117,7 +118,8 @@ def test_hover_thrust_of_blade_elements():
     assert float(loads.force[2]) == pytest.approx(thrust, rel=1e-3)
     assert float(loads.power) == pytest.approx(torque * OMEGA, rel=1e-3)
     # precone takes the cosine of its angle from the thrust; the lift's small outward part is given back
-    coned = evaluate(collective=collective, uniform=inflow).loads
+    static = RotorModel(ROTOR, Fidelity(dynamic_stall=False))
+    coned = evaluate(static, collective=collective, uniform=inflow).loads
     assert float(coned.force[2]) == pytest.approx(thrust, rel=2 * np.radians(ROTOR.precone) ** 2)
 
 
@@ -190,7 +192,8 @@ def test_drag_of_a_rotor_without_lift_acts_aft_and_against_rotation():
     ],
 )
 def test_energy_is_conserved_at_any_prescribed_motion(wind, hub_rate, dynamic_stall):
-    """Shaft power = induced + profile - force . wind + moment . hub rate + work of the loads on the moving blade."""
+    """Power of the air's torque = induced + profile - force . wind + moment . hub rate + work on the moving blade;
+    the shaft also turns the angular momentum of a tilted disc with the hub."""
     model = RotorModel(ROTOR, Fidelity(dynamic_stall=dynamic_stall))
     blade = np.zeros((len(model.blade.names), model.blade.harmonics.size))
     blade[0, :3] = [0.1, -0.2, 0.15]  # flap
@@ -209,7 +212,11 @@ def test_energy_is_conserved_at_any_prescribed_motion(wind, hub_rate, dynamic_st
     total = float(loads.induced_power + loads.profile_power - ca.dot(loads.force, ca.DM(wind)))
     total += float(ca.dot(loads.moment, ca.DM(hub_rate))) + work
     # second order in the deflections, and the section's regularised speed (2 m/s), leave parts in a thousand
-    assert total == pytest.approx(float(loads.power), abs=2e-3 * float(loads.profile_power + abs(loads.power)))
+    power = -OMEGA * float(loads.moment[2])
+    assert total == pytest.approx(power, abs=2e-3 * (float(loads.profile_power) + abs(power)))
+    tilt = -ROTOR.blades * OMEGA * model.blade.equations.flap_moment[0] * np.array([blade[0, 1], blade[0, 2]])
+    turning = hub_rate[0] * tilt[1] - hub_rate[1] * tilt[0]
+    assert float(loads.power) == pytest.approx(power + OMEGA * turning, rel=1e-9)
 
 
 def test_ground_lowers_the_induced_velocity_only():
@@ -228,6 +235,10 @@ def test_fidelity_is_as_given():
 
 
 def test_flow_that_does_not_vary_around_the_azimuth_feels_no_dynamic_stall():
-    unsteady, static = (evaluate(RotorModel(ROTOR, Fidelity(dynamic_stall=on))).loads for on in (True, False))
+    """Without cone; a coned blade turns about its span, which is a camber."""
+    flat = ROTOR.replaced(precone=0.0)
+    unsteady, static = (evaluate(RotorModel(flat, Fidelity(dynamic_stall=on))).loads for on in (True, False))
     assert float(unsteady.power) == pytest.approx(float(static.power), rel=1e-9)
     assert float(unsteady.force[2]) == pytest.approx(float(static.force[2]), rel=1e-9)
+    coned, static = (evaluate(RotorModel(ROTOR, Fidelity(dynamic_stall=on))).loads for on in (True, False))
+    assert 1.005 < float(coned.force[2]) / float(static.force[2]) < 1.03  # half a chord of cone over three quarters R
