@@ -51,20 +51,21 @@ def outputs(case: str, passage: bool = False, **given: float) -> dict[str, float
     return solution.outputs
 
 
-@pytest.mark.parametrize(("collective_deg", "measured"), [(5, 0.00213), (8, 0.00459), (12, 0.00796)])
-def test_caradonna_tung_thrust_is_that_of_a_disc(collective_deg, measured):
+@pytest.mark.parametrize(
+    ("collective_deg", "measured", "disc", "passage"),
+    [(5, 0.00213, 1.544, 1.452), (8, 0.00459, 1.429, 1.309), (12, 0.00796, 1.450, 1.297)],
+)
+def test_caradonna_tung_thrust_is_too_high(collective_deg, measured, disc, passage):
     """F. X. Caradonna, C. Tung, NASA TM-81232: two blades of aspect ratio 6 at tip Mach number 0.439.
 
-    The inflow is that of a disc, or with blade-passage states that of vortices trailed straight down: neither knows the
-    contracted tip vortex of the other blade, which passes close under a blade and takes a quarter of its thrust. Theory
-    of that kind is known to give too much thrust on this rotor; the test holds by how much.
+    Not met, measured thrust to 5 %: the test holds by how much. tests/analytic/test_vortex_lattice.py parts the miss
+    into that of the chord and that of the wake; the section is the shipped NACA 0012, of 0.113 per degree at Mach 0.3.
     """
-    disc, blades = (
-        outputs("caradonna-tung", passage, collective=radians(collective_deg))["thrust_coefficient"] / measured
-        for passage in (False, True)
-    )
-    assert 1.40 < disc < 1.57
-    assert 1.27 < blades < 1.47 and disc - blades > 0.07
+    ratio = [
+        outputs("caradonna-tung", choice, collective=radians(collective_deg))["thrust_coefficient"] / measured
+        for choice in (False, True)
+    ]
+    assert ratio == pytest.approx([disc, passage], abs=0.01)
 
 
 def test_caradonna_tung_tip_mach_number():
