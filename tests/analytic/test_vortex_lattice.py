@@ -136,7 +136,8 @@ def test_caradonna_tung_rotor(collective_deg, excess):
     """Not met: the lattice, with the same section, also gives more thrust than measured (NASA TM-81232), by ``excess``.
 
     The chord of R / 6 is what the lattice knows and the blade-passage states do not: 10 to 15 points of the measured
-    thrust. What is left is common to both, whose wakes neither contract nor roll up; whether that explains it is not shown here.
+    thrust. What is left is common to both, whose wakes neither contract nor roll up; whether that is the reason is not
+    shown here.
     """
     measured = MEASURED[collective_deg]
     lattice = Lattice(radians(collective_deg), CHORD).thrust()
