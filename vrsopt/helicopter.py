@@ -39,6 +39,7 @@ ALLOWED = {
     "isa_offset": (-50.0, 50.0),
     "cg_shift": (-0.5, 0.5),
 }
+EASY_SPEED = 30.0  # m/s: about that of least power
 
 
 class Helicopter:
@@ -67,10 +68,11 @@ class Helicopter:
         )
 
     def _easy_flight(self, flight: Mapping[str, float]) -> dict[str, float]:
-        """What makes any flight easy: a light aircraft, level and straight, the rotor not slow."""
+        """What makes any flight easy: a light aircraft, level, straight and not fast, the rotor not slow."""
         rotor = self.aircraft.main_rotor
         return {
             "mass": min(flight["mass"], 0.5 * self.aircraft.loading.largest_mass),
+            "speed": min(flight["speed"], EASY_SPEED),
             "rotor_speed": max(flight["rotor_speed"], rotor.nominal_rotor_speed),
             "climb_angle": 0.0,
             "turn_rate": 0.0,
