@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 import vrsopt
 from vrsopt.report.plots import png
 from vrsopt.report.style import BLACK, BLUE, GREEN, NORMAL, ORANGE, PURPLE, SKY, SMALL, VERMILION, new_figure, tidy
-from vrsopt.rotor_map import retreating_angle, rotor_map
+from vrsopt.rotor_fields import retreating_angle, rotor_map
 
 KNOT = 1852 / 3600  # m/s
 SPEEDS = np.arange(0.0, 71.0, 5.0)

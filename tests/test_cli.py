@@ -17,6 +17,7 @@ import pytest
 import vrsopt
 from vrsopt.cli import main
 from vrsopt.console import DEGREES, PERCENT, converted
+from vrsopt.helicopter import MODEL_VERSION
 
 TRIM_KEYS = (
     "success status message residual_norm main_rotor_power_w tail_rotor_power_w shaft_power_per_engine_w "
@@ -218,7 +219,7 @@ def test_help_loads_no_models():
 def test_version_names_program_model_and_data(capsys):
     code, out, err = run(capsys, "--version")
     assert (code, err) == (0, "")
-    assert out.startswith(f"vrsopt {vrsopt.__version__}, model 1, data ")
+    assert out.startswith(f"vrsopt {vrsopt.__version__}, model {MODEL_VERSION}, data ")
 
 
 def test_percent_and_degrees_are_shown_as_typed():

@@ -10,8 +10,8 @@ The verbs, in the order of the work, each also a sub-command of the command line
 
 What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
 shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
-``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and ``Comparison``; results carry ``success`` and ``message``
-and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be used,
+``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and ``Comparison``; results carry ``success`` and
+``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be used,
 ``NoSolutionError`` for a question without an answer.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``)::
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from vrsopt.helicopter import trim
     from vrsopt.mission.file import Mission, read_mission
     from vrsopt.operating_point import OperatingPoint
-    from vrsopt.rotor_map import rotor_map
+    from vrsopt.rotor_fields import rotor_map
     from vrsopt.schedule.compare import solve
     from vrsopt.schedule.comparison import Comparison
     from vrsopt.solvers.status import Status
@@ -96,7 +96,7 @@ _HOMES = {
     "load_engine": "vrsopt.turboshaft.data",
     "load_surrogate": "vrsopt.surrogate.store",
     "read_mission": "vrsopt.mission.file",
-    "rotor_map": "vrsopt.rotor_map",
+    "rotor_map": "vrsopt.rotor_fields",
     "sample": "vrsopt.surrogate.design",
     "solve": "vrsopt.schedule.compare",
     "trim": "vrsopt.helicopter",

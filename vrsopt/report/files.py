@@ -19,7 +19,7 @@ from vrsopt.report.json_value import json_value
 from vrsopt.report.page import report_page
 from vrsopt.report.plots import figures, png
 from vrsopt.report.rotor_plots import point_figures
-from vrsopt.rotor_map import rotor_map
+from vrsopt.rotor_fields import rotor_map
 
 if TYPE_CHECKING:
     from vrsopt.operating_point import OperatingPoint

@@ -28,7 +28,7 @@ LEVELS = 24
 
 def point_figures(point: OperatingPoint) -> dict[str, Figure]:
     """The figures of a trimmed point by the name of their file."""
-    from vrsopt.rotor_map import rotor_map
+    from vrsopt.rotor_fields import rotor_map
 
     fields = rotor_map(point)
     return {

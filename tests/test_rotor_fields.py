@@ -10,7 +10,7 @@ import vrsopt
 from vrsopt.aircraft import load_aircraft
 from vrsopt.report.files import write_point
 from vrsopt.report.rotor_plots import point_figures
-from vrsopt.rotor_map import UNITS, retreating_angle, rotor_map
+from vrsopt.rotor_fields import UNITS, retreating_angle, rotor_map
 
 
 @pytest.fixture(scope="module")
