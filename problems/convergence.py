@@ -272,8 +272,10 @@ def derivatives(count: int = 60) -> Iterator[str]:
         f"Exact derivatives of the power of both rotors by {', '.join(STEPS)} against differences of trims solved "
         f"again, {len(points)} points of the box below the blade-loading limit: of {len(regular)} with a smallest "
         f"singular value above {SUSPICIOUS:g}, {len(good)} agree within {ACCURACY:g} in every variable "
-        f"(median {np.median([point.error for point in regular]):.1e}). The rest:\n"
+        f"(median {np.median([point.error for point in regular]):.1e}).\n"
     )
+    if len(good) == len(points):
+        return
     rows = [
         (
             f"{point.flight['mass']:.0f}",
@@ -289,6 +291,7 @@ def derivatives(count: int = 60) -> Iterator[str]:
         if point not in good
     ]
     header = ("mass kg", "altitude m", "speed m/s", "rotor speed rad/s", "load factor", "smallest singular value")
+    yield "The rest:\n"
     yield from table((*header, "largest error", "variable"), rows)
 
 

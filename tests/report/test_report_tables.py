@@ -2,8 +2,8 @@
 
 import re
 
-from vrsopt.schedule.comparison import SIMPLIFICATIONS
 from vrsopt.report.tables import HEADINGS, footer, label, remarks, summary_rows, summary_text
+from vrsopt.schedule.comparison import SIMPLIFICATIONS
 
 
 def test_numbers_are_those_of_the_summary(comparison):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from vrsopt.errors import InputError, NoSolutionError
+from vrsopt.helicopter import helicopter
 from vrsopt.mission.file import mission_from, read_mission
 from vrsopt.mission.profile import Profile
-from vrsopt.helicopter import helicopter
 from vrsopt.quantity import read_toml
 from vrsopt.residual import TOLERANCE
 from vrsopt.schedule.compare import schedule_settings, solve

@@ -8,8 +8,8 @@ import pytest
 
 from vrsopt.drive_train import idle_power, smooth_max
 from vrsopt.errors import InputError
-from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.helicopter import helicopter
+from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.schedule.surrogate_path import POWER_DEGREES, SurrogateAircraft
 from vrsopt.schedule.transcription import node_functions
 from vrsopt.surrogate import chebyshev, store

@@ -233,7 +233,8 @@ class RotorModel:
         F_r = section.outward - w_r * section.up - v_r * section.along
         F_t = section.along + v_r * section.outward - w_r * v_r * section.up
         F_z = section.up + w_r * section.outward
-        about_r, about_psi, about_z = v * F_z - h * F_t + section.moment, h * F_r - r * F_z, r * F_t - v * F_r
+        M = section.moment  # about the deflected span
+        about_r, about_psi, about_z = v * F_z - h * F_t + M, h * F_r - r * F_z + v_r * M, r * F_t - v * F_r + w_r * M
         cos, sin, ones = self.cos.T, self.sin.T, ca.DM.ones(len(self.azimuth))
         blades_over_azimuths = self.rotor.blades / len(self.azimuth)
 

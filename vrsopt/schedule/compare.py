@@ -18,11 +18,11 @@ from rich.progress import Progress
 
 from vrsopt.aircraft import data_hash
 from vrsopt.errors import InputError, NoSolutionError
+from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.limits import Limits
 from vrsopt.mission.file import Mission, read_mission
 from vrsopt.mission.loading import TakeoffLoading, close_takeoff_mass
 from vrsopt.mission.profile import Conditions, Profile
-from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.genetic import GeneticOptions

@@ -16,8 +16,8 @@ import numpy as np
 
 from vrsopt.drive_train import engine_power
 from vrsopt.flat_pitch import flat_pitch_power
-from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.helicopter import Helicopter, helicopter
+from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.residual import Solution
 from vrsopt.schedule.refly import every_second
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule

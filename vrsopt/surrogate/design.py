@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from vrsopt.aircraft import data_hash
-from vrsopt.limits import Limits
 from vrsopt.helicopter import MODEL_VERSION, helicopter
+from vrsopt.limits import Limits
 from vrsopt.surrogate.database import PointRecord
 from vrsopt.surrogate.sampling import Sampling
 from vrsopt.surrogate.sampling import sample as sample_points
