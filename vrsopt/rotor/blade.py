@@ -141,8 +141,3 @@ def hermite(nodes: np.ndarray, radius: np.ndarray, order: int) -> np.ndarray:
         slope = k % 2
         basis[rows, 2 * element + k] = np.where(radius >= nodes[0], value * length ** (slope - order), 0.0)
     return basis
-
-
-def flap_modes(blade: Blade, *, rotor_speed: float, count: int = 3) -> Modes:
-    """The ``count`` lowest flap modes at ``rotor_speed`` [rad/s] as Ritz basis."""
-    return Beam(blade).modes("flap", rotor_speed=rotor_speed, count=count)
