@@ -42,6 +42,7 @@ from optimum_speed_results import curve_at
 from rich.progress import Progress
 
 from vrsopt.aircraft import load_aircraft
+from vrsopt.equilibrium import rotor_model, trim_system
 from vrsopt.errors import NoSolutionError
 from vrsopt.limits import Limits
 from vrsopt.rotor.fidelity import Fidelity
@@ -75,6 +76,8 @@ def mapped(physics: Physics, grid: Grid) -> Mapped:
     except NoSolutionError as error:
         return Mapped(physics, dict.fromkeys(CONSTANTS, np.nan), (), str(error), time.perf_counter() - begin)
     curves = tuple(Walk(physics, constants).curves(*grid))
+    trim_system.cache_clear()  # systems are large, and no other model uses this one
+    rotor_model.cache_clear()
     return Mapped(physics, constants, curves, "", time.perf_counter() - begin)
 
 
