@@ -101,15 +101,18 @@ def test_turns_to_both_sides_differ_by_the_tail_rotor_and_the_sense_of_rotation_
     assert right.values["roll"] - straight == pytest.approx(straight - left.values["roll"], rel=0.05)
 
 
-def test_rotor_carries_its_gyroscopic_moment_through_the_hub():
+def test_air_turns_the_angular_momentum_of_the_rotor_and_the_mast_feels_the_rest():
     """Nose-up rate q in a right turn takes the roll moment N_b I Omega q, to the left if the rotor turns counter-
-    clockwise from above: the hub rolls the aircraft right to hold it. Compared with the terms of the balance."""
+    clockwise from above: the air on the blades gives it, and hardly any of it reaches the mast."""
     equations = TrimEquations(AIRCRAFT, Fidelity())
     loads = equations.rotor.loads
     parts = ca.Function(
         "parts",
         [equations.x, equations.p],
-        [equations.rates, ca.mtimes(equations.to_body, loads.angular_momentum), equations.to_body @ loads.moment],
+        [
+            equations.rates,
+            *(equations.to_body @ part for part in (loads.angular_momentum, loads.moment, loads.mast_moment)),
+        ],
     )
 
     def at(solution: Solution) -> list[np.ndarray]:
@@ -117,19 +120,24 @@ def test_rotor_carries_its_gyroscopic_moment_through_the_hub():
         return [np.array(value).ravel() for value in parts(x, SYSTEM.vector(solution.parameters))]
 
     turn, straight = trimmed(30.0, load_factor=1.4), trimmed(30.0)
-    rates, momentum, moment = at(turn)
-    _, _, steady = at(straight)
+    rates, momentum, moment, mast = at(turn)
+    _, _, steady, _ = at(straight)
     spin = ROTOR.blades * ROTOR.flap_inertia * ROTOR.nominal_rotor_speed
     assert rates[1] > 0.1  # the nose rises in a banked turn
     tilt = np.radians(ROTOR.shaft_tilt_forward)
     assert momentum == pytest.approx([spin * np.sin(tilt), 0.0, -spin * np.cos(tilt)], abs=0.06 * spin)
     rolling = np.cross(rates, momentum)[0]
     assert rolling == pytest.approx(-spin * rates[1], rel=0.1)
-    # nothing else on the aircraft makes a roll moment of that size: the hub's own, and its side force above the cg
     assert moment[0] - steady[0] < -0.5 * spin * rates[1]
+    assert mast == pytest.approx(moment - np.cross(rates, momentum))
+    assert abs(mast[0]) < 0.15 * spin * rates[1]
+    assert turn.outputs["hub_roll_moment"] == pytest.approx(mast @ [np.cos(tilt), 0.0, np.sin(tilt)])
 
 
-@pytest.mark.parametrize("load_factor, speed, words", [(0.9, 30.0, "at least 1"), (1.2, 0.5, "needs a speed")])
+@pytest.mark.parametrize(
+    "load_factor, speed, words",
+    [(0.9, 30.0, "at least 1"), (1.2, 0.5, "at most 1.001 at 0.5 m/s"), (1.2, 0.0, "at most 1.000")],
+)
 def test_a_load_factor_without_a_turn_is_refused(load_factor, speed, words):
     with pytest.raises(InputError, match=words):
         turn_rate(load_factor, speed)

@@ -10,22 +10,27 @@ from vrsopt.atmosphere import GRAVITY
 from vrsopt.equilibrium import calibrated_constants
 from vrsopt.errors import InputError
 
-LEAST_TURN_SPEED = 1.0  # m/s: below, a load factor is no turn
+LARGEST_TURN_RATE = 1.0  # rad/s, assumed: tighter, the rotor would fly in its own wake
 
 
 def turn_rate(load_factor: float, speed: float, climb_angle: float = 0.0) -> float:
     """Rate of turn [rad/s], to the right, of a steady coordinated turn: tan(bank) = rate V cos(climb) / g.
 
     Its derivative by the load factor is infinite at one: a turn begins with the square root of the extra load.
-    Raises :class:`InputError` for a load factor below one, or above one without the speed to turn.
+    Raises :class:`InputError` for a load factor below one, or one that would need a turn too tight at this speed.
     """
     if load_factor == 1.0:
         return 0.0
     if load_factor < 1.0:
-        raise InputError(f"load_factor = {load_factor:g}: at least 1, which is straight flight")
-    if speed < LEAST_TURN_SPEED:
-        raise InputError(f"load_factor = {load_factor:g}: a turn needs a speed of at least {LEAST_TURN_SPEED:g} m/s")
-    return GRAVITY * sqrt(load_factor**2 - 1) / (speed * cos(climb_angle))
+        raise InputError(f"trim: load_factor = {load_factor:g}: at least 1, which is straight flight")
+    along = speed * cos(climb_angle)
+    lateral = GRAVITY * sqrt(load_factor**2 - 1)
+    if lateral > LARGEST_TURN_RATE * along:
+        largest = sqrt(1 + (LARGEST_TURN_RATE * along / GRAVITY) ** 2)
+        raise InputError(
+            f"trim: load_factor = {load_factor:g}: at most {largest:.3f} at {speed:g} m/s, a turn of {LARGEST_TURN_RATE:g} rad/s"
+        )
+    return lateral / along
 
 
 def trim_parameters(aircraft: Aircraft, flight: Mapping[str, float]) -> dict[str, float]:

@@ -23,7 +23,7 @@ import casadi as ca
 
 from vrsopt.atmosphere import Air
 from vrsopt.rotor.airfoil import HIGHEST_LIFT_MACH, LOWEST_MACH, Airfoil, attachment, logistic, polynomial, smooth_clip
-from vrsopt.rotor.periodic import fed, lagged, rate_of_change
+from vrsopt.rotor.periodic import driven, fed, lagged, rate_of_change
 from vrsopt.rotor.section_loads import SectionLoads, flow_angles, on_grid, resolved
 
 INDICIAL = ((0.3, 0.14), (0.7, 0.53))  # amplitudes and exponents of the circulatory step response
@@ -154,7 +154,7 @@ class DynamicStall:
         acceleration = rate_of_change(middle, step)
         rate, pressure = on_grid(self._pressure, [*flow, effective, acceleration], shared)
         lag = lagged(rate, pressure)
-        clock = lagged(*on_grid(self._clock, [*flow, lag], shared))
+        clock = driven(*on_grid(self._clock, [*flow, lag], shared))
         weight = lagged(*on_grid(self._separation, [*flow, pressure, lag, clock], shared))
         vortex = fed(*on_grid(self._vortex, [*flow, effective, lag, weight, clock], shared))
         return effective, acceleration, lag, weight, clock, vortex
@@ -176,8 +176,8 @@ class DynamicStall:
         """The clock of the vortex runs in semi-chords while the gate is open, and back when it is closed."""
         flow, (lag,) = self._flow(state, shared)
         shedding = flow.shedding(lag)
-        rate = (1 - shedding) / REWIND + 1 / LEAK
-        return [shared[1] * flow.speed * rate, shedding / rate]
+        semichords = shared[1] * flow.speed
+        return [semichords * ((1 - shedding) / REWIND + 1 / LEAK), semichords * shedding]
 
     def _separation(self, state: Any, shared: Any) -> list[Any]:
         """Behind a vortex and with a falling angle the flow comes back at a smaller angle than it left."""
@@ -227,6 +227,7 @@ class DynamicStall:
             shed_wake = (flow.normal(pitch_rate, self.chord) - effective) / flow.speed
             drag += weight * attached * shed_wake
         else:
+            # the root of Kirchhoff's separation point, where fully separated flow keeps a quarter of the attached lift
             suction = self.chord_recovery * attached * effective_sine * (ca.sqrt(1 + 3 * weight) - 1)
             normal = weight * attached + (1 - weight) * section.separated(sine, 1.0, flow.m)
             drag = section.drag(0.0, flow.mach, drag_level) + normal * flow.from_zero - suction * cosine

@@ -1,4 +1,8 @@
-"""First-order linear filters of series that repeat: exact scans over N uniform times of one period."""
+"""First-order linear filters of series that repeat, as scans over N uniform times of one period.
+
+Each step is the exponential integral of the linear equation with its input interpolated linearly (D. A. Pope, Comm. ACM
+6, 1963); the start is the one that repeats.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,14 @@ def lagged(rates: Any, values: Any) -> Any:
     w = (1 - e)/z.
     """
     return _columns(_lag, rates, values)
+
+
+def driven(rates: Any, sources: Any) -> Any:
+    """Periodic solutions of x' = s - rate x, one in each column of (N, E); ``rates`` and ``sources`` per time step.
+
+    Exact for s linear and a rate that is constant over each step, also where s / rate would jump.
+    """
+    return _columns(_drive, rates, sources)
 
 
 def fed(rates: Any, values: Any, feed: Any) -> Any:
@@ -44,6 +56,13 @@ def _lag(rates: Any, values: Any) -> Any:
     e = ca.exp(-z)
     w = (1 - e) / z
     return _scan(e, values * (w - e) + _ahead(values) * (1 - w))
+
+
+def _drive(rates: Any, sources: Any) -> Any:
+    z = 0.5 * (rates + _ahead(rates))
+    e = ca.exp(-z)
+    w = (1 - e) / z
+    return _scan(e, (sources * (w - e) + _ahead(sources) * (1 - w)) / z)
 
 
 def _feed(rates: Any, values: Any, feed: Any) -> Any:

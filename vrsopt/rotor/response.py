@@ -34,8 +34,8 @@ class RotorState:
     blade: modal Fourier coefficients (n_modes, n_coefficients); inflow: states (n_inflow,). Pitch angles in rad:
     root pitch = collective + lateral_cyclic cos psi + longitudinal_cyclic sin psi at three quarters of the radius,
     twist positive washout. wind: air velocity relative to the hub (aft, right, up) [m/s]. hub_rate: angular velocity of
-    the hub about the same axes [rad/s]. specific_force: acceleration minus gravity there [m/s2]. ground_proximity:
-    rotor radius over height of the hub above ground, 0 far from it.
+    the hub about the same axes [rad/s]. specific_force: acceleration minus gravity of the aircraft's centre of gravity
+    [m/s2]. ground_proximity: rotor radius over height of the hub above ground, 0 far from it.
     """
 
     blade: Any
@@ -80,6 +80,7 @@ class HubLoads:
     """Mean loads of the rotor on the hub, hub frame, and the power it takes; CasADi expressions.
 
     force: aft, right, up [N]; moment about the hub: about the aft, right and up axes [N m], both of the air alone.
+    mast_moment [N m]: what of it reaches the mast when the rotating hub has turned the angular momentum.
     angular_momentum of the blades [N m s]: along the shaft and, with the disc, tilted from it; a hub that rotates has
     to turn it. power [W] at the shaft. induced_power: work of the lift against the induced velocity [W]. profile_power:
     drag of the sections times the velocity they feel [W]. Shaft power = induced + profile - force . wind + moment .
@@ -88,6 +89,7 @@ class HubLoads:
 
     force: Any
     moment: Any
+    mast_moment: Any
     angular_momentum: Any
     power: Any
     induced_power: Any
@@ -246,12 +248,13 @@ class RotorModel:
             mean(about_r, cos) - mean(about_psi, sin), mean(about_r, sin) + mean(about_psi, cos), mean(about_z)
         )
         angular_momentum = self._angular_momentum(state)
-        torque = ca.cross(state.hub_rate, angular_momentum)[2] - moment[2]
+        mast_moment = moment - ca.cross(state.hub_rate, angular_momentum)
         return HubLoads(
             force,
             moment,
+            mast_moment,
             angular_momentum,
-            power=torque * state.rotor_speed,
+            power=-mast_moment[2] * state.rotor_speed,
             induced_power=mean(F_z * elements.induced),
             profile_power=mean(section.dissipation),
         )
