@@ -27,9 +27,8 @@ def turn_rate(load_factor: float, speed: float, climb_angle: float = 0.0) -> flo
     lateral = GRAVITY * sqrt(load_factor**2 - 1)
     if lateral > LARGEST_TURN_RATE * along:
         largest = sqrt(1 + (LARGEST_TURN_RATE * along / GRAVITY) ** 2)
-        raise InputError(
-            f"trim: load_factor = {load_factor:g}: at most {largest:.3f} at {speed:g} m/s, a turn of {LARGEST_TURN_RATE:g} rad/s"
-        )
+        tight = f"a turn of {LARGEST_TURN_RATE:g} rad/s"
+        raise InputError(f"trim: load_factor = {load_factor:g}: at most {largest:.3f} at {speed:g} m/s, {tight}")
     return lateral / along
 
 

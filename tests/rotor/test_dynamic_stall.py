@@ -166,6 +166,16 @@ def test_second_order_in_the_number_of_azimuths():
     assert np.all(orders[1:] > 1.6) and errors[0] < 0.05, errors
 
 
+def test_moment_of_deep_stall_at_the_azimuths_of_the_trim():
+    """The vortex runs its course at 36 instants of a revolution as it does at many."""
+
+    def least(count: int) -> float:
+        pitch = harmonic_pitch(np.radians(9.8), np.radians(9.9), count)
+        return float(section_loop(NACA_0012, pitch, mach=MACH, reduced_frequency=0.096).c_m.min())
+
+    assert least(36) == pytest.approx(least(720), rel=0.08)
+
+
 def test_scaling_of_time():
     """Only reduced frequency and Mach number count: the chord of the driver does not appear."""
     pitch = harmonic_pitch(np.radians(10), np.radians(10), 60)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vrsopt.rotor.periodic import fed, lagged, rate_of_change
+from vrsopt.rotor.periodic import driven, fed, lagged, rate_of_change
 
 
 def rate(t: float | np.ndarray) -> float | np.ndarray:
@@ -58,6 +58,21 @@ def test_fed_filter_converges_to_the_marched_solution():
         expected = marched(lambda t, x: gate(t) * slope(t) - rate(t) * x, count)
         errors.append(np.abs(solved(fed(a, u, g)) - expected).max())
     assert errors[2] < 4e-3 and np.log2(errors[1] / errors[2]) > 1.7, errors
+
+
+def test_driven_filter_counts_time_while_its_gate_is_open():
+    """A clock that hardly leaks while it runs and falls back fast when it stops: no overshoot where the rate jumps."""
+    count, leak, back = 36, 1e-3, 5.0
+    is_open = np.zeros(count)
+    is_open[10:16] = 1.0
+    rates = ca.DM(leak + back * (1 - is_open))
+    clock = solved(driven(rates, ca.DM(is_open)))
+    assert np.diff(clock[10:16]) == pytest.approx(np.ones(5), rel=0.01)
+    assert 5.0 < clock.max() < 6.0
+    assert clock[20:].max() < 1e-6
+    u, a = series(value, lambda t: rate(t) * 2 * pi / len(t), count=36)
+    constant = ca.DM.ones(36) * 0.3
+    assert solved(driven(constant, constant * u)) == pytest.approx(solved(lagged(constant, u)), abs=1e-14)
 
 
 def test_lag_is_exact_for_constant_rate_and_straight_input():
