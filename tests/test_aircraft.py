@@ -133,6 +133,21 @@ def test_provenance_is_kept():
             ["main_rotor.blade", "station", "must increase"],
         ),
         (
+            "station = { value = [0.37, 0.9, 1.1, 4.91]",
+            "station = { value = [0.37, 0.9, 1.1, 4.8]",
+            ["main_rotor", "blade.station = [0.37, 0.9, 1.1, 4.8]", "must end at the radius, 4.91 m"],
+        ),
+        (
+            "station = { value = [0.37, 0.9, 1.1, 4.91]",
+            "station = { value = [1.09, 1.2, 1.3, 4.91]",
+            ["main_rotor", "blade.station = [1.09, 1.2, 1.3, 4.91]", "inboard of root_cutout, 1.0802 m"],
+        ),
+        (
+            "flap_inertia = { value = 231.7",
+            "flap_inertia = { value = 250.0",
+            ["main_rotor.flap_inertia = 250", "within 10 % of 226.2 kg m2"],
+        ),
+        (
             "mass_per_length = { value = [6.901, 6.901, 5.726, 5.726]",
             "mass_per_length = { value = [6.901, 6.901, 5.726]",
             ["main_rotor.blade", "mass_per_length", "3 values"],
@@ -165,6 +180,9 @@ def test_provenance_is_kept():
         "text",
         "own range",
         "stations",
+        "blade that does not end at the tip",
+        "blade that begins outboard of the cut-out",
+        "two inertias",
         "lengths",
         "tanks",
         "limits of the centre of gravity",

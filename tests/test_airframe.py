@@ -248,9 +248,3 @@ def test_extra_drag_acts_along_the_path_at_its_height():
     drag = 0.5 * AIR.density * 0.5 * float(np.dot(state, state))
     np.testing.assert_allclose(extra[:3], -drag * np.array(state) / np.linalg.norm(state), rtol=1e-4)
     np.testing.assert_allclose(extra[3:], np.cross([0, 0, -0.5], extra[:3]), atol=1e-9)
-
-
-def test_two_components_are_a_flight_without_sideslip():
-    short = airframe_loads(AIRCRAFT, velocity=(30.0, 2.0), air=AIR, downwash=1.0, parasite_area=1.4)
-    full = at(function(downwash=1.0, parasite_area=1.4), 30.0, 0.0, 2.0)
-    np.testing.assert_allclose(np.array(ca.vertcat(short.force, short.moment)).ravel(), full, rtol=1e-12)

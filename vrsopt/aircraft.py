@@ -17,6 +17,8 @@ from vrsopt.quantity import Record, Unit, read_toml, validated
 from vrsopt.rotor.airfoil import Airfoil
 
 DATA = Path(__file__).parent / "data"
+SAME_LENGTH = 1e-6  # relative difference of two numbers for one length
+SAME_INERTIA = 0.1  # of two sources for one blade
 
 Stations = Annotated[tuple[float, ...], Metres, Field(min_length=2)]
 
@@ -57,6 +59,16 @@ class Blade(Record):
             raise ValueError(f"station: {list(self.station)}: must increase")
         return self
 
+    @property
+    def flap_inertia(self) -> float:
+        """Second moment of the blade's mass about the centre of the rotor [kg m2]; exact, by Simpson's rule."""
+
+        def segment(r_1: float, r_2: float, m_1: float, m_2: float) -> float:
+            return (r_2 - r_1) / 6 * (m_1 * r_1**2 + (m_1 + m_2) * (r_1 + r_2) ** 2 / 2 + m_2 * r_2**2)
+
+        r, m = self.station, self.mass_per_length
+        return sum(segment(*ends) for ends in zip(r[:-1], r[1:], m[:-1], m[1:], strict=True))
+
 
 class MainRotor(Record):
     """Main rotor, counter-clockwise seen from above."""
@@ -78,6 +90,15 @@ class MainRotor(Record):
     drive_train_inertia_fraction: Annotated[float, Ratio, Field(ge=0, lt=1)]
     blade: Blade
     section: Airfoil
+
+    @model_validator(mode="after")
+    def _blade_fits(self) -> MainRotor:
+        station, radius, inner = self.blade.station, self.radius, self.root_cutout * self.radius
+        if abs(station[-1] - radius) > SAME_LENGTH * radius:
+            raise ValueError(f"blade.station = {list(station)}: must end at the radius, {radius:g} m")
+        if station[0] > inner * (1 + SAME_LENGTH):
+            raise ValueError(f"blade.station = {list(station)}: must begin inboard of root_cutout, {inner:g} m")
+        return self
 
     @property
     def twist(self) -> float:
@@ -185,6 +206,14 @@ class Aircraft(Record):
     variants: dict[str, CalibratedVariant] = Field(default_factory=dict)
 
     _hash: int | None = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _one_inertia(self) -> Aircraft:
+        given, beam = self.main_rotor.flap_inertia, self.main_rotor.blade.flap_inertia
+        if abs(given - beam) > SAME_INERTIA * beam:
+            allowed = f"within {100 * SAME_INERTIA:g} % of {beam:.1f} kg m2, which main_rotor.blade integrates to"
+            raise ValueError(f"main_rotor.flap_inertia = {given:g}: {allowed}")
+        return self
 
     def __hash__(self) -> int:
         if self._hash is None:

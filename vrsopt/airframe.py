@@ -50,18 +50,17 @@ def airframe_loads(
 ) -> AirframeLoads:
     """Sum of fuselage, extra parasite drag, tailplane and fin.
 
-    velocity: of the centre of gravity through the air, forward, right, down, or forward and down [m/s]. rates: roll,
-    pitch and yaw rate [rad/s]. downwash: at the tail [m/s], positive down, per unit of the surface's downwash factor.
-    parasite_area: of the whole aircraft [m2]. cg_shift: of the centre of gravity before the data's [m]. The fuselage
-    feels the velocity of the centre of gravity, the surfaces that of their own place.
+    velocity: of the centre of gravity through the air, forward, right, down [m/s]. rates: roll, pitch and yaw rate
+    [rad/s]. downwash: at the tail [m/s], positive down, per unit of the surface's downwash factor. parasite_area:
+    of the whole aircraft [m2]. cg_shift: of the centre of gravity before the data's [m]. The fuselage feels the velocity
+    of the centre of gravity, the surfaces that of their own place.
     """
-    motion = velocity if len(velocity) == 3 else (velocity[0], 0.0, velocity[1])
     force, moment = ca.DM.zeros(3), ca.DM.zeros(3)
     for part, couple, arm in (
-        _fuselage(aircraft.fuselage, motion, air),
-        _extra_drag(aircraft.fuselage, motion, air, parasite_area),
-        _tailplane(aircraft.tailplane, motion, rates, air, downwash, cg_shift),
-        _fin(aircraft.fin, motion, rates, air, cg_shift),
+        _fuselage(aircraft.fuselage, velocity, air),
+        _extra_drag(aircraft.fuselage, velocity, air, parasite_area),
+        _tailplane(aircraft.tailplane, velocity, rates, air, downwash, cg_shift),
+        _fin(aircraft.fin, velocity, rates, air, cg_shift),
     ):
         force += part
         moment += couple + ca.cross(ca.vertcat(arm[0] - cg_shift, arm[1], arm[2]), part)

@@ -67,7 +67,10 @@ def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
         name="flat pitch",
         unknowns=(
             Unknown("collective", "rad", 0.1, -0.35, 0.35, 0.0),
-            *(Unknown(n, "-", scale) for n, scale in zip(blade.names, blade.scales, strict=True)),
+            *(
+                Unknown(n, "rad" if n.startswith("torsion") else "m", scale)
+                for n, scale in zip(blade.names, blade.scales, strict=True)
+            ),
         ),
         parameters=(
             Named("altitude", "m"),
@@ -77,7 +80,10 @@ def flat_pitch_system(aircraft: Aircraft) -> ResidualSystem:
         ),
         residuals=(
             Named("thrust", "N", aircraft.loading.reference_mass * GRAVITY),
-            *(Named(f"equation of {n}", "-", s) for n, s in zip(blade.names, blade.equation_scales, strict=True)),
+            *(
+                Named(f"equation of {n}", "N m" if n.startswith("torsion") else "N", scale)
+                for n, scale in zip(blade.names, blade.equation_scales, strict=True)
+            ),
         ),
         outputs=(Named("main_rotor_power", "W"), Named("tail_rotor_power", "W")),
         x=x,

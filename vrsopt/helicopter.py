@@ -109,7 +109,7 @@ class Helicopter:
         guess: Solution | None = None,
         method: Literal["ipopt", "newton"] = "newton",
     ) -> OperatingPoint:
-        """Solve and classify the point ``flight`` (FLIGHT_PARAMETERS by name, SI units) under ``limits``."""
+        """Solve and classify the point ``flight`` (see :func:`vrsopt.flight.trim_parameters`) under ``limits``."""
         trim = self.trim(flight, guess=guess, method=method)
         if not trim.success:
             return self._unsolved(flight, trim, limits)

@@ -5,6 +5,11 @@ flight, followed to the flight asked for; the trim of a light aircraft, followed
 may fold: it turns back where a rotor stalls, and comes forward again on trims of deep stall. Between the folds several
 trims exist for one flight; the one of least power, met first on the way from a light aircraft, is the one that an
 aircraft would fly.
+
+Which one was found is checked only where the smallest singular value of the scaled Jacobian is small, close to a fold:
+there the way from a light aircraft is followed, unless the trim comes from there, and of the two trims that of less
+power is taken. A trim with an ordinary singular value is taken as it is: that no other takes less power, or exists, is
+not looked for.
 """
 
 from __future__ import annotations

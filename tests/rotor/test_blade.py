@@ -110,6 +110,7 @@ def test_mass_integrals():
     assert [rigid @ mass @ rigid, rigid @ mass @ heave, heave @ mass @ heave] == pytest.approx(
         [226.2, 69.13, 26.73], rel=5e-4
     )
+    assert rigid @ mass @ rigid == pytest.approx(BLADE.flap_inertia, rel=1e-12)
     assert rigid @ elastic @ rigid == pytest.approx(0.0, abs=1e-12 * np.trace(elastic))
     # tension times slope squared of a rigid blade: integral of m r (r - root)
     assert rigid @ centrifugal @ rigid == pytest.approx(226.2 - 0.37 * 69.13, rel=5e-4)

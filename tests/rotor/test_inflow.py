@@ -15,9 +15,10 @@ AREA = WEIGHTS / 2 * NU  # weight of r dr
 AZIMUTH = 2 * np.pi * np.arange(24) / 24
 
 
-def disc(**choice) -> Inflow:
+def disc(*, highest_harmonic: int = 3, highest_shape: int = 4, **choice) -> Inflow:
     """Inflow on the whole disc, four blades."""
-    return Inflow.at(RADIUS, AREA / RADIUS, AZIMUTH, blades=4, **choice)
+    size = {"highest_harmonic": highest_harmonic, "highest_shape": highest_shape}
+    return Inflow.at(RADIUS, AREA / RADIUS, AZIMUTH, blades=4, **size, **choice)
 
 
 def root(x: ca.MX, residual: ca.MX, start: np.ndarray) -> np.ndarray:
@@ -49,7 +50,7 @@ def velocity(inflow: Inflow, state: np.ndarray) -> np.ndarray:
 
 
 def test_state_sets():
-    cosine, sine = states()
+    cosine, sine = states(3, 4)
     assert cosine == ((0, 1), (0, 3), (1, 2), (1, 4), (2, 3), (3, 4))
     assert sine == ((1, 2), (1, 4), (2, 3), (3, 4))
     assert [len(group) for group in states(4, 5)] == [9, 6]

@@ -31,7 +31,7 @@ State = tuple[int, int]  # (harmonic m, shape n)
 WAKE_CURVATURE = 1.5  # K_R, inflow gradient per angular velocity of the disc in hover
 
 
-def states(highest_harmonic: int = 3, highest_shape: int = 4) -> tuple[tuple[State, ...], tuple[State, ...]]:
+def states(highest_harmonic: int, highest_shape: int) -> tuple[tuple[State, ...], tuple[State, ...]]:
     """Cosine and sine states (m, n) with m <= highest_harmonic, n <= highest_shape and m + n odd."""
     cosine = tuple(
         (m, n) for m in range(highest_harmonic + 1) for n in range(m + 1, highest_shape + 1) if (m + n) % 2 == 1
@@ -105,8 +105,8 @@ class Inflow:
         azimuth: np.ndarray,
         *,
         blades: int,
-        highest_harmonic: int = 3,
-        highest_shape: int = 4,
+        highest_harmonic: int,
+        highest_shape: int,
         blade_passage: bool = False,
     ) -> Inflow:
         """States up to the given harmonic and shape on a grid of radii and quadrature weights over R and azimuths.

@@ -33,9 +33,9 @@ class CurveResult:
     """End of a curve: ``root`` (n,) at the target parameter when ``status`` is CONVERGED, else its last point.
 
     ``folds``: parameter at the folds between the start and the end, in their order, by interpolation. ``parameters``
-    (m,) and ``points`` (m, n): the points found on the curve, the start first. ``jacobians``: the effort.
-    ``factorisation``: of r_z near the root. Other ends: OUT_OF_BOUNDS where ``admissible`` no longer held, INFEASIBLE
-    when the curve came back to the parameter it started from, ITERATION_LIMIT when the effort was spent.
+    (m,): of the points found on the curve, the start first. ``jacobians``: the effort. ``factorisation``: of r_z near
+    the root. Other ends: OUT_OF_BOUNDS where ``admissible`` no longer held, INFEASIBLE when the curve came back to the
+    parameter it started from, ITERATION_LIMIT when the effort was spent.
     """
 
     root: np.ndarray
@@ -44,7 +44,6 @@ class CurveResult:
     folds: tuple[float, ...]
     jacobians: int
     parameters: np.ndarray
-    points: np.ndarray
     factorisation: Factorisation | None
 
 
@@ -116,7 +115,6 @@ def follow_curve(
     target: float,
     tolerance: float = 1e-8,
     max_jacobians: int = 150,
-    largest_step: float = LARGEST_STEP,
     admissible: Callable[[np.ndarray], bool] | None = None,
 ) -> CurveResult:
     """Follow the roots of ``residual(z, s)`` (n,) from the root ``start`` (n,) at s = ``first`` to s = ``target``.
@@ -128,16 +126,15 @@ def follow_curve(
     curve = _Curve(residual, jacobian)
     here = curve.start(start, first, 1.0 if target >= first else -1.0)
     folds: list[float] = []
-    track, step = [np.append(start, first)], FIRST_STEP
+    z, parameters, step = start.copy(), [first], FIRST_STEP
 
     def ended(status: Status, lu: Factorisation | None = None) -> CurveResult:
-        z, s, way = track[-1][:-1], float(track[-1][-1]), np.array(track)
-        return CurveResult(z, s, status, tuple(folds), curve.jacobians, way[:, -1], way[:, :-1], lu)
+        return CurveResult(z, parameters[-1], status, tuple(folds), curve.jacobians, np.array(parameters), lu)
 
     if here is None:
         return ended(Status.NOT_FINITE)
     while curve.jacobians < max_jacobians:
-        step = min(step, largest_step)
+        step = min(step, LARGEST_STEP)
         there, factor = _step(curve, here, step, tolerance)
         met = None if there is None else _crossing(here, there, curve.weight * target)
         arrived = None if there is None or met is None else _arrival(curve, here, there, met, target, tolerance)
@@ -148,18 +145,19 @@ def follow_curve(
             if fold is not None and (met is None or fold[0] < met):
                 folds.append(fold[1] / curve.weight)
         if arrived is not None:
-            track.append(np.append(arrived[0], target))
-            return ended(Status.CONVERGED, arrived[1])
+            z, factorisation = arrived
+            parameters.append(target)
+            return ended(Status.CONVERGED, factorisation)
         step *= factor
         if there is None:
             if step < SMALLEST_STEP:
                 return ended(Status.NO_PROGRESS)
             continue
-        here, z, s = there, there.u[:-1], there.u[-1] / curve.weight
-        track.append(np.append(z, s))
+        here, z = there, there.u[:-1]
+        parameters.append(float(there.u[-1] / curve.weight))
         if admissible is not None and not admissible(z):
             return ended(Status.OUT_OF_BOUNDS)
-        if (s - first) * (target - first) < 0:
+        if (parameters[-1] - first) * (target - first) < 0:
             return ended(Status.INFEASIBLE)
     return ended(Status.ITERATION_LIMIT)
 
