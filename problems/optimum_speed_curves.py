@@ -82,6 +82,11 @@ class Physics:
         solved = calibrate(self.aircraft, self.split, fidelity=self.fidelity(base), stalling_tail=self.stalling_tail)
         return starting_constants(self.aircraft, self.split) | solved
 
+    @property
+    def largest_mach(self) -> float:
+        """Largest Mach number of the advancing tip: the drag of NACA 0012 is known to 0.8 and runs away beyond 0.87."""
+        return 0.87 if self.section == "NACA 0012" else 1.0
+
 
 class Flight(NamedTuple):
     mass: float  # kg
@@ -125,6 +130,12 @@ class Walk:
         self.physics, self.constants = physics, constants
         self.system = physics.system(base)
         self.limits = Limits(physics.aircraft, load_engine(physics.aircraft.engine), manoeuvre_margin=1.0)
+
+    def fastest(self, flight: Flight) -> float:
+        """Rotor speed over nominal that a walk begins with, not above FASTEST."""
+        rotor = self.physics.aircraft.main_rotor
+        largest = self.physics.largest_mach * standard_air(flight.altitude, 0.0).speed_of_sound - flight.speed
+        return min(FASTEST, largest / (rotor.nominal_rotor_speed * rotor.radius))
 
     def parameters(self, flight: Flight, ratio: float) -> dict[str, float]:
         rotor = self.physics.aircraft.main_rotor
@@ -216,7 +227,7 @@ class Walk:
                 neighbour = None
                 for speed in speeds:
                     flight = Flight(mass, altitude, speed)
-                    ratios = np.linspace(FASTEST, slowest(self.limits, flight), NODES)
+                    ratios = np.linspace(self.fastest(flight), slowest(self.limits, flight), NODES)
                     found, first = self.curve(flight, ratios, neighbour)
                     neighbour = first or neighbour
                     yield flight, found

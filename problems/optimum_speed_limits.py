@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from optimum_speed_curves import FASTEST, Curve, Flight
+from optimum_speed_curves import Curve, Flight
 from scipy.interpolate import RectBivariateSpline
 
 from vrsopt.atmosphere import standard_air
@@ -78,9 +78,9 @@ def optimum(
 
     Where the nominal rotor itself is beyond a limit, the optimum may use as much of it as the nominal rotor does.
     """
-    if len(curve.ratio) < 4 or curve.ratio[-1] > 1.0:
+    if len(curve.ratio) < 4 or not curve.ratio[-1] <= 1.0 <= curve.ratio[0]:
         return None
-    ratio = np.arange(np.ceil(1e3 * curve.ratio[-1] - 1e-6), 1e3 * FASTEST + 0.5) / 1e3
+    ratio = np.arange(np.ceil(1e3 * curve.ratio[-1] - 1e-6), np.floor(1e3 * curve.ratio[0] + 1e-6) + 0.5) / 1e3
     power, tail = np.exp(curve.between(np.log(curve.power), ratio)), curve.between(curve.tail_loading, ratio)
     per_engine = engine_power(limits.aircraft, limits.engine, power)
     fuel, temperature = engine.run(per_engine, ratio, coupled=coupled)

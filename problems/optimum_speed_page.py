@@ -61,7 +61,7 @@ def _known(ranges: Mapping[str, tuple[float, float] | None]) -> list[tuple[str, 
 def _constants(values: xr.DataArray, ranges: Mapping[str, tuple[float, float] | None]) -> Iterator[str]:
     for name, (low, high) in _known(ranges):
         value = float(values.sel(constant=name))
-        text = f"{value:.3g}" if value < 0.1 else f"{value:.3f}"
+        text = f"{value:.4f}" if value < 0.1 else f"{value:.3f}"
         yield "not solved" if not np.isfinite(value) else text if low <= value <= high else f"**{text}**"
 
 
@@ -207,10 +207,11 @@ def solution(dataset: xr.Dataset) -> Iterator[str]:
     ends = str(dataset.curve_end.attrs["flag_meanings"]).split(", ")
     codes = dataset.curve_end.values
     counts = ", ".join(f"{name} {int(np.sum(codes == k))}" for k, name in enumerate(ends))
-    reaching = dataset.curve_rotor_speed.min("node") <= 100.0
+    speeds = dataset.curve_rotor_speed
+    lost = (codes >= 0) & ~((speeds.min("node") <= 100.0) & (speeds.max("node") >= 100.0)).values
     trims = int(np.isfinite(dataset.curve_power.values).sum())
     yield f"{trims} trims on {codes.size} curves, {int(np.sum(codes < 0))} without. The curves end at: {counts}. "
-    yield f"Curves that end above 100 %: {int(np.sum((codes >= 0) & ~reaching.values))}.\n"
+    yield f"Curves that do not reach 100 %, so that they have no optimum: {int(np.sum(lost))}.\n"
     rows = [
         (
             name,

@@ -65,7 +65,7 @@ def power_ratio(dataset: xr.Dataset, choice: Mapping[str, Any], ratio: np.ndarra
     wanted = [choice[str(name)] for name in dataset.curve_end.dims]
     index = tuple(levels.index(level) if level in levels else -1 for levels, level in zip(known, wanted, strict=True))
     curve = curve_at(dataset, index) if min(index) >= 0 else None
-    if curve is None or len(curve.ratio) < 4 or curve.ratio[-1] > 1.0:
+    if curve is None or len(curve.ratio) < 4 or not curve.ratio[-1] <= 1.0 <= curve.ratio[0]:
         return np.full(len(ratio), np.nan)
     logarithm = np.log(curve.power)
     return np.exp(curve.between(logarithm, ratio) - curve.between(logarithm, np.array([1.0])))
