@@ -23,7 +23,11 @@ TRIM_KEYS = (
     "success status message residual_norm main_rotor_power_w tail_rotor_power_w shaft_power_per_engine_w "
     "fuel_flow_kg_s co2_kg_s collective_deg lateral_cyclic_deg longitudinal_cyclic_deg tail_collective_deg "
     "pitch_deg roll_deg gas_generator_speed_percent turbine_inlet_temperature_k blade_loading "
-    "figure_of_merit feasible reason"
+    "figure_of_merit feasible reason induced_power_w profile_power_w parasite_power_w climb_power_w "
+    "margin_blade_loading_percent margin_engine_power_percent margin_torque_percent "
+    "margin_turbine_temperature_percent margin_tail_rotor_loading_percent hub_roll_moment_n_m hub_pitch_moment_n_m "
+    "advancing_tip_mach one_engine_inoperative_margin_w autorotative_energy_j found_by coexisting "
+    "smallest_singular_value"
 ).split()
 ENGINE_KEYS = (
     "success power_w fuel_flow_kg_s sfc_kg_kwh gas_generator_speed_percent power_turbine_speed_percent "
@@ -83,6 +87,17 @@ def test_trim_prints_the_point_of_the_verb(capsys):
     assert figures["collective_deg"] == pytest.approx(math.degrees(point.collective), rel=1e-9)
     assert figures["gas_generator_speed_percent"] == pytest.approx(100 * point.gas_generator_speed, rel=1e-9)
     assert (figures["success"], figures["status"], figures["feasible"]) == (True, "converged", True)
+    for name in ("induced", "profile", "parasite", "climb"):
+        assert figures[f"{name}_power_w"] == pytest.approx(point.powers[name], rel=1e-9)
+    for name, margin in point.margins.items():
+        assert figures[f"margin_{name.replace(' ', '_')}_percent"] == pytest.approx(100 * margin, rel=1e-9)
+    assert figures["hub_roll_moment_n_m"] == pytest.approx(point.hub_roll_moment, rel=1e-6)
+    assert figures["hub_pitch_moment_n_m"] == pytest.approx(point.hub_pitch_moment, rel=1e-6)
+    assert figures["advancing_tip_mach"] == pytest.approx(point.advancing_tip_mach)
+    assert figures["one_engine_inoperative_margin_w"] == pytest.approx(point.one_engine_inoperative_margin)
+    assert figures["autorotative_energy_j"] == pytest.approx(point.autorotative_energy)
+    assert (figures["found_by"], figures["coexisting"]) == (point.trim.stage, False)
+    assert figures["smallest_singular_value"] == pytest.approx(point.trim.smallest_singular_value, rel=1e-6)
 
 
 def test_trim_figure_of_merit_is_that_of_a_hover(capsys):
@@ -132,6 +147,7 @@ def test_point_without_trim(capsys):
     assert code == 3
     assert list(figures) == TRIM_KEYS
     assert (figures["success"], figures["feasible"], figures["fuel_flow_kg_s"]) == (False, False, None)
+    assert figures["found_by"] is figures["induced_power_w"] is figures["margin_torque_percent"] is None
     assert err.count("\n") == 1
     assert "no solution at 2200 kg, 30 m/s, 2000 m, rotor speed 60 %: blade loading 0.2" in err
 
@@ -207,6 +223,10 @@ def test_help_of_every_command_has_an_example(capsys):
         code, out, err = run(capsys, verb, "--help")
         assert (code, err) == (0, "")
         assert f"  vrsopt {verb} " in out and "Example" in out
+
+
+def test_help_says_where_the_shift_of_the_centre_of_gravity_comes_from(capsys):
+    assert "vrsopt.balance" in run(capsys, "trim", "--help")[1]
 
 
 def test_help_loads_no_models():

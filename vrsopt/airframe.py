@@ -52,8 +52,8 @@ def airframe_loads(
 
     velocity: of the centre of gravity through the air, forward, right, down [m/s]. rates: roll, pitch and yaw rate
     [rad/s]. downwash: at the tail [m/s], positive down, per unit of the surface's downwash factor. parasite_area:
-    of the whole aircraft [m2]. cg_shift: of the centre of gravity before the data's [m]. The fuselage feels the velocity
-    of the centre of gravity, the surfaces that of their own place.
+    of the whole aircraft [m2]. cg_shift: of the centre of gravity before the data's [m]. The fuselage feels the
+    velocity of the centre of gravity, the surfaces that of their own place.
     """
     force, moment = ca.DM.zeros(3), ca.DM.zeros(3)
     for part, couple, arm in (

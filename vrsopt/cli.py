@@ -96,7 +96,10 @@ def trim(
     hub_height: Annotated[
         float | None, _number("Height of the hub above the ground, m.", show_default="far away")
     ] = None,
-    cg_shift: Annotated[float, _number("Centre of gravity forward of the reference, m.")] = 0.0,
+    cg_shift: Annotated[
+        float,
+        _number("Centre of gravity forward of the aircraft data's, m; vrsopt.balance computes it from the loads."),
+    ] = 0.0,
     aircraft: Annotated[str, typer.Option(help="Shipped aircraft or TOML file.")] = "bo105",
     out: Annotated[Path | None, typer.Option(help="Folder for figures and maps of the rotor.")] = None,
     as_json: AsJson = False,

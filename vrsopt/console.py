@@ -87,7 +87,10 @@ def print_json(content: Mapping[str, Any]) -> None:
 
 
 def point_figures(point: OperatingPoint) -> dict[str, Any]:
-    """What ``trim --json`` prints."""
+    """What ``trim --json`` prints; the keys are the same whether or not the point was solved."""
+    from vrsopt.limits import LIMIT_NAMES
+
+    powers, margins = point.powers, point.margins
     controls = ("collective", "lateral_cyclic", "longitudinal_cyclic", "tail_collective", "pitch", "roll")
     hover = point.advance_ratio < 0.01  # elsewhere the figure of merit means nothing
     return {
@@ -107,7 +110,21 @@ def point_figures(point: OperatingPoint) -> dict[str, Any]:
         "figure_of_merit": point.figure_of_merit if hover else math.nan,
         "feasible": point.feasible,
         "reason": point.reason,
+        **{f"{name}_power_w": powers.get(name, math.nan) for name in ("induced", "profile", "parasite", "climb")},
+        **{f"margin_{_snake(name)}_percent": 100.0 * margins.get(name, math.nan) for name in LIMIT_NAMES},
+        "hub_roll_moment_n_m": point.hub_roll_moment,
+        "hub_pitch_moment_n_m": point.hub_pitch_moment,
+        "advancing_tip_mach": point.advancing_tip_mach,
+        "one_engine_inoperative_margin_w": point.one_engine_inoperative_margin,
+        "autorotative_energy_j": point.autorotative_energy,
+        "found_by": point.trim.stage if point.trim.success else None,
+        "coexisting": point.trim.coexisting,
+        "smallest_singular_value": point.trim.smallest_singular_value,
     }
+
+
+def _snake(words: str) -> str:
+    return words.replace(" ", "_")
 
 
 def engine_figures(result: EngineResult) -> dict[str, Any]:
