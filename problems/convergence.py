@@ -176,10 +176,7 @@ def modes() -> Iterator[str]:
     }
     yield "Blade modes against 5 flap, 3 lag and 2 torsion, error of the power in per cent:\n"
     yield from table(_header("modes"), errors(rich, variants))
-    variants = {
-        "static section": Fidelity(dynamic_stall=False),
-        "no wake curvature": Fidelity(wake_curvature=False),
-    }
+    variants = {"static section": Fidelity(dynamic_stall=False), "no wake curvature": Fidelity(wake_curvature=False)}
     yield "Leaving out, against the default model, change of the power in per cent:\n"
     yield from table(_header("left out"), errors(Fidelity(), variants))
 
@@ -276,13 +273,10 @@ def derivatives(count: int = 60) -> Iterator[str]:
     )
     if len(good) == len(points):
         return
+    digits = {"mass": 0, "altitude": 0, "speed": 1, "rotor_speed": 2, "load_factor": 2}
     rows = [
         (
-            f"{point.flight['mass']:.0f}",
-            f"{point.flight['altitude']:.0f}",
-            f"{point.flight['speed']:.1f}",
-            f"{point.flight['rotor_speed']:.2f}",
-            f"{point.flight['load_factor']:.2f}",
+            *(f"{point.flight[name]:.{places}f}" for name, places in digits.items()),
             f"{point.smallest_singular_value:.4f}",
             f"{point.error:.1e}",
             point.variable,

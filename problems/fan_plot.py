@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from vrsopt.aircraft import MainRotor, load_aircraft
 from vrsopt.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, VERMILION
+from vrsopt.rotor.blade_equations import BladeEquations
 from vrsopt.rotor.blade_frequencies import Crossing, coupled_frequencies, crossings
 from vrsopt.rotor.fidelity import Fidelity
 
@@ -29,7 +30,6 @@ SHOWN = ("flap1", "flap2", "flap3", "lag1", "lag2", "torsion1")
 COLOURS = {"flap": BLUE, "lag": GREEN, "torsion": ORANGE}
 # more modes than a trim has, for frequencies converged to 0.2 %
 MODES = Fidelity(flap_modes=6, lag_modes=5, torsion_modes=2)
-NAMES = [f"{family}{k + 1}" for family, n in (("flap", 6), ("lag", 5), ("torsion", 2)) for k in range(n)]
 
 
 def frequencies(rotor: MainRotor, percent: np.ndarray, pitch: float, twist: float | None) -> np.ndarray:
@@ -39,7 +39,8 @@ def frequencies(rotor: MainRotor, percent: np.ndarray, pitch: float, twist: floa
     """
     nominal = rotor.nominal_rotor_speed
     order = np.argsort(coupled_frequencies(rotor, MODES, nominal, pitch, twist))
-    columns = [int(np.flatnonzero(order == NAMES.index(name))[0]) for name in SHOWN]
+    names = BladeEquations(rotor, MODES).names
+    columns = [int(np.flatnonzero(order == names.index(name))[0]) for name in SHOWN]
     found = coupled_frequencies(rotor, MODES, percent / 100 * nominal, pitch, twist)
     return np.sort(found, axis=1)[:, columns] / nominal
 

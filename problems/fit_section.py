@@ -1,4 +1,4 @@
-"""Fit the smooth section of vrsopt.rotor.airfoil to a deck of tables and print it for an aircraft or a section file.
+"""Fit the smooth section of vrsopt.rotor.airfoil to a deck of tables and print it as a section file.
 
     python problems/fit_section.py deck.c81
     python problems/fit_section.py deck.npz
@@ -6,18 +6,24 @@
 
 A .npz deck holds, for each of cl, cd and cm, angles of attack [deg] (n,) in ``c81_alpha_cl``, Mach numbers (m,) in
 ``c81_mach_cl`` and the table (n, m) in ``c81_cl``. ``naca-0012`` is the deck drawn from published constants below.
-Prints the errors by Mach number, then one line for each coefficient.
+Prints a file for vrsopt.rotor.airfoil.load_section, the errors by Mach number as comments before it; the lines of its
+table [section] and its sources also serve in an aircraft file.
 """
 
 from __future__ import annotations
 
+import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from vrsopt.errors import InputError, NoSolutionError
+from vrsopt.quantity import Record
+from vrsopt.rotor.airfoil import NACA_0012_SOURCE, NACA_0012_STALL, Airfoil
 from vrsopt.rotor.c81 import Deck, Table, read_c81
-from vrsopt.rotor.section_fit import DRAG_DEGREES, LIFT_DEGREES, MOMENT_DEGREES, fit_section
+from vrsopt.rotor.section_fit import SectionFit, fit_section
 
 # NACA 0012: separation f(alpha) and moment of Leishman and Beddoes (1989), by Mach number; angles in degrees
 MACH = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8])
@@ -79,12 +85,33 @@ def load(name: str) -> Deck:
     return Deck(Path(name).stem, *tables)
 
 
+def section_file(section: Airfoil, fit: SectionFit) -> str:
+    """Text of a TOML file that describes ``section``; the errors of the fit are comments."""
+    name = "".join(letter for letter in fit.name if letter.isprintable()) or "section"
+    quoted = json.dumps(name, ensure_ascii=False)
+    lines = [f"# {line}" for line in str(replace(fit, name=name)).splitlines()]
+    lines += ["", f"name = {quoted}", "", "[sources]"]
+    lines += [f"fit = {json.dumps('least-squares fit to the deck ' + name, ensure_ascii=False)}"]
+    lines += [f'LB = "{NACA_0012_SOURCE}"', "", "[section]"]
+    lines += [_line(key, getattr(section, key)) for key in Airfoil.model_fields if key not in Record.model_fields]
+    return "\n".join(lines) + "\n"
+
+
+def _line(key: str, value: float | tuple[float, ...]) -> str:
+    origin = 'source = "fit"'
+    if key == "critical_normal_force":
+        origin += ', note = "where the lift of the fit breaks"'
+    elif key in NACA_0012_STALL:
+        origin = 'source = "LB", note = "NACA 0012"'
+    return f'{key} = {{ value = {list(value) if isinstance(value, tuple) else value}, unit = "-", {origin} }}'
+
+
 def main(name: str) -> None:
-    section, errors = fit_section(load(name))
-    print(errors)
-    for key in (*LIFT_DEGREES, *DRAG_DEGREES, "drag_reference", *MOMENT_DEGREES):
-        value = getattr(section, key)
-        print(f'{key} = {{ value = {list(value) if isinstance(value, tuple) else value}, unit = "-", source = "C81" }}')
+    try:
+        print(section_file(*fit_section(load(name))), end="")
+    except (InputError, NoSolutionError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
 
 
 if __name__ == "__main__":

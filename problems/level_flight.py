@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
 import vrsopt
+from vrsopt.console import check_file
+from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.report.plots import png
 from vrsopt.report.style import BLACK, BLUE, GREEN, NORMAL, ORANGE, PURPLE, SKY, SMALL, VERMILION, new_figure, tidy
 from vrsopt.rotor_fields import retreating_angle, rotor_map
@@ -37,8 +40,16 @@ TEST_PITCH = (
 
 
 def sweep(mass: float, altitude: float, rotor_speed: float) -> list[vrsopt.OperatingPoint]:
-    """Trimmed points over ``SPEEDS``; those without trim are left out."""
+    """Trimmed points over ``SPEEDS``; those without trim are left out and told on standard error.
+
+    Raises :class:`NoSolutionError` when none has a trim.
+    """
     points = [vrsopt.trim(mass, v, altitude=altitude, rotor_speed=rotor_speed, method="newton") for v in SPEEDS]
+    lost = [f"{v:g}" for v, point in zip(SPEEDS, points, strict=True) if not point.success]
+    if len(lost) == len(points):
+        raise NoSolutionError(f"level flight: no trim from {SPEEDS[0]:g} to {SPEEDS[-1]:g} m/s: {points[0].message}")
+    if lost:
+        print(f"no trim, left out: {', '.join(lost)} m/s", file=sys.stderr)
     return [point for point in points if point.success]
 
 
@@ -59,9 +70,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FIGURE)
     arguments = parser.parse_args()
     rotor = vrsopt.load_aircraft().main_rotor
-    points = sweep(
-        arguments.mass, arguments.altitude, arguments.rotor_speed_percent / 100.0 * rotor.nominal_rotor_speed
-    )
+    rotor_speed = arguments.rotor_speed_percent / 100.0 * rotor.nominal_rotor_speed
+    try:
+        check_file(arguments.out)
+        points = sweep(arguments.mass, arguments.altitude, rotor_speed)
+    except (InputError, NoSolutionError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
     speed = [point.solution.parameters["speed"] for point in points]
     angles = [math.degrees(retreating_angle(rotor_map(point))) for point in points]
 

@@ -191,10 +191,13 @@ def test_centre_of_gravity_forward_lowers_the_nose_and_loads_the_hub(speed):
     shift, weight = 0.1, 2200 * GRAVITY
     aft, forward = trimmed(speed, cg_shift=-shift), trimmed(speed, cg_shift=shift)
     tilt = aft.values["pitch"] - forward.values["pitch"]
-    stiffness = ROTOR.blades / 2 * (1.12**2 - 1) * ROTOR.flap_inertia * ROTOR.nominal_rotor_speed**2
-    assert tilt == pytest.approx(weight * 2 * shift / (stiffness + weight * ROTOR.hub_height), rel=0.5)
+    # An elastic blade bends less inboard than a hinged one: with the first mode of the beam, 1.1156 per revolution, the
+    # same tilt of the tips makes 0.88 of the moment. The trim, which has more than this mode, tilts 8 to 17 % more.
+    stiffness = 0.88 * ROTOR.blades / 2 * (1.1156**2 - 1) * ROTOR.flap_inertia * ROTOR.nominal_rotor_speed**2
+    expected = weight * 2 * shift / (stiffness + weight * ROTOR.hub_height)
+    assert expected < tilt < 1.2 * expected
     change = forward.outputs["hub_pitch_moment"] - aft.outputs["hub_pitch_moment"]
-    assert 0.6 * weight * 2 * shift < change < weight * 2 * shift
+    assert change == pytest.approx(stiffness * expected, rel=0.03)
     assert forward.values["longitudinal_cyclic"] > aft.values["longitudinal_cyclic"]  # stick back
     assert rotor_power(forward) == pytest.approx(rotor_power(aft), rel=0.03)
 

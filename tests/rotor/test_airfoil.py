@@ -21,6 +21,7 @@ from vrsopt.rotor.airfoil import (
 from vrsopt.rotor.tail_rotor import symmetric_section, without_stall
 
 DECK = Path(__file__).parents[3] / "shared" / "reference" / "naca23012.npz"
+NO_DECK = "naca23012.npz, the public HART II section deck, is missing: it is not redistributed with the package"
 SECTION = load_aircraft("bo105").main_rotor.section
 MACH = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 WHOLE_CIRCLE = np.linspace(-180, 180, 721)
@@ -91,7 +92,7 @@ ACHIEVED = {
 }
 
 
-@pytest.mark.skipif(not DECK.is_file(), reason="the section deck is not part of the package")
+@pytest.mark.skipif(not DECK.is_file(), reason=NO_DECK)
 @pytest.mark.parametrize("mach", MACH)
 def test_fit_of_the_deck(mach):
     with np.load(DECK) as deck:

@@ -53,19 +53,22 @@ def outputs(case: str, passage: bool = False, **given: float) -> dict[str, float
 
 @pytest.mark.parametrize(
     ("collective_deg", "measured", "disc", "passage"),
-    [(5, 0.00213, 1.544, 1.452), (8, 0.00459, 1.429, 1.309), (12, 0.00796, 1.450, 1.297)],
+    [(5, 0.00213, 1.56, 1.47), (8, 0.00459, 1.45, 1.33), (12, 0.00796, 1.47, 1.32)],
 )
 def test_caradonna_tung_thrust_is_too_high(collective_deg, measured, disc, passage):
     """F. X. Caradonna, C. Tung, NASA TM-81232: two blades of aspect ratio 6 at tip Mach number 0.439.
 
-    Not met, measured thrust to 5 %: the test holds by how much. tests/analytic/test_vortex_lattice.py parts the miss
-    into that of the chord and that of the wake; the section is the shipped NACA 0012, of 0.113 per degree at Mach 0.3.
+    The target, measured thrust to 5 %, is not met: the thrust is 30 to 55 % too high. The test only keeps it from
+    getting worse: a better model passes too, and the states at the blade passage must help.
+    tests/analytic/test_vortex_lattice.py parts the miss into that of the chord and that of the wake; the section is the
+    shipped NACA 0012, of 0.113 per degree at Mach 0.3.
     """
-    ratio = [
+    with_disc, with_passage = (
         outputs("caradonna-tung", choice, collective=radians(collective_deg))["thrust_coefficient"] / measured
         for choice in (False, True)
-    ]
-    assert ratio == pytest.approx([disc, passage], abs=0.01)
+    )
+    assert 1.0 < with_disc < disc
+    assert 1.0 < with_passage < min(passage, with_disc)
 
 
 def test_caradonna_tung_tip_mach_number():

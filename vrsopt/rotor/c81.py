@@ -58,32 +58,6 @@ def read_c81(path: str | Path) -> Deck:
     return Deck(name, *tables)
 
 
-def write_c81(deck: Deck, path: str | Path) -> None:
-    """Write a deck in fields of seven columns: values to four decimals, angles to two.
-
-    Raises :class:`InputError` when a table has more than 99 angles or Mach numbers, or a value that has no room.
-    """
-    tables = [deck.lift, deck.drag, deck.moment]
-    counts = [count for table in tables for count in (len(table.mach), len(table.angle_deg))]
-    if max(counts) > 99:
-        raise InputError(f"{deck.name}: {max(counts)} rows or columns: a C81 deck has room for 99")
-    lines = [f"{deck.name[:30]:30s}" + "".join(f"{count:2d}" for count in counts)]
-    for table in tables:
-        lines += _lines("", table.mach)
-        for angle, values in zip(table.angle_deg, table.value, strict=True):
-            lines += _lines(f"{angle:7.2f}", values)
-    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii", errors="replace")
-
-
-def _lines(first: str, values: np.ndarray) -> list[str]:
-    fields = [f"{value:7.4f}" for value in values]
-    wide = [field for field in [first, *fields] if len(field) > 7]
-    if wide:
-        raise InputError(f"C81 deck: value = {wide[0]}: at most seven columns")
-    rows = [fields[k : k + VALUES_PER_LINE] for k in range(0, len(fields), VALUES_PER_LINE)]
-    return [f"{first if k == 0 else '':7s}" + "".join(row) for k, row in enumerate(rows)]
-
-
 def _header(line: str, where: str) -> tuple[str, list[int]]:
     """Title and the six counts, at their columns or as the last six words of the line."""
     fields = [line[30 + 2 * k : 32 + 2 * k].strip() for k in range(6)]

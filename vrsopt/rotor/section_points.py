@@ -9,11 +9,15 @@ from numpy.polynomial import polynomial as npoly
 
 from vrsopt.errors import InputError
 from vrsopt.rotor.airfoil import LOWEST_MACH
-from vrsopt.rotor.c81 import Table
+from vrsopt.rotor.c81 import QUANTITIES, Deck, Table
 
 CENTRE, WIDTH = 0.5, 0.3  # polynomials are fitted in (Mach - CENTRE) / WIDTH, which conditions the problem
 HIGHEST_MACH = 0.8  # of lift and moment, which have no simple form beyond
+HIGHEST_DRAG_MACH = 0.9
 FEWEST_ANGLES = 8  # between -10 and 15 deg
+ATTACHED = {"lift": (-2.0, 4.0), "drag": (-3.0, 3.0), "moment": (-4.0, 10.0)}  # deg, where a table shows its level
+FEWEST_ATTACHED = 3
+SMALLEST_SLOPE = 0.1  # of the attached lift, per rad
 
 
 @dataclass(frozen=True)
@@ -30,17 +34,51 @@ class Points:
         return np.vstack([np.sin(self.alpha), np.cos(self.alpha), self.mach])
 
 
+def check(deck: Deck) -> None:
+    """Raises :class:`InputError`, one line with deck, table and Mach number, where the tables can not carry a fit."""
+    for quantity, table in zip(QUANTITIES, (deck.lift, deck.drag, deck.moment), strict=True):
+        where = f"{deck.name or 'deck'}: {quantity}"
+        if not (table.mach <= HIGHEST_MACH).any():
+            raise InputError(f"{where}: Mach numbers = {table.mach.tolist()}: at least one up to {HIGHEST_MACH}")
+        if not np.isfinite(table.value).all():
+            raise InputError(f"{where}: a value is not finite: all must be numbers")
+        for (low, high), fewest in (((-10, 15), FEWEST_ANGLES), (ATTACHED[quantity], FEWEST_ATTACHED)):
+            count = np.count_nonzero(_between(table, low, high))
+            if count < fewest:
+                raise InputError(
+                    f"{where}: {count} angles between {low:g} and {high:g} deg: at least {fewest} for a fit"
+                )
+    name = deck.name or "deck"
+    known, values = columns(deck.lift)
+    for mach, lift in zip(known, values.T, strict=True):
+        slope = _attached_line(deck.lift, lift)[0]
+        if slope < SMALLEST_SLOPE:
+            raise InputError(f"{name}: lift: Mach {mach:g}: slope = {slope:.3g} per rad: at least {SMALLEST_SLOPE:g}")
+    known, values = columns(deck.drag, HIGHEST_DRAG_MACH)
+    for mach, drag in zip(known, values.T, strict=True):
+        if drag.min() <= 0:
+            raise InputError(f"{name}: drag: Mach {mach:g}: value = {drag.min():g}: must be positive")
+
+
+def _between(table: Table, low: float, high: float) -> np.ndarray:
+    return (table.angle_deg >= low) & (table.angle_deg <= high)
+
+
+def _attached_line(table: Table, lift: np.ndarray) -> tuple[float, float]:
+    """Slope by the sine of the angle, and level, of a column of the table where attached."""
+    near = _between(table, *ATTACHED["lift"])
+    slope, level = np.polyfit(np.sin(np.radians(table.angle_deg[near])), lift[near], 1)
+    return float(slope), float(level)
+
+
 def columns(table: Table, highest_mach: float = HIGHEST_MACH) -> tuple[np.ndarray, np.ndarray]:
-    """Mach numbers (m,) between the ends of the fit and their columns (n, m); the last one below where none is."""
+    """Mach numbers (m,) between the ends of the fit and their columns (n, m); the last one below where none is.
+
+    The deck has passed :func:`check`.
+    """
     inside = (table.mach >= LOWEST_MACH) & (table.mach <= highest_mach)
     if not inside.any():
-        below = np.flatnonzero(table.mach < LOWEST_MACH)
-        if not len(below):
-            raise InputError(f"deck: Mach numbers = {table.mach.tolist()}: at least one up to {highest_mach}")
-        inside = np.arange(len(table.mach)) == below[-1]
-    near = np.count_nonzero((table.angle_deg >= -10) & (table.angle_deg <= 15))
-    if near < FEWEST_ANGLES:
-        raise InputError(f"deck: {near} angles between -10 and 15 deg: at least {FEWEST_ANGLES} for a fit")
+        inside = np.arange(len(table.mach)) == np.flatnonzero(table.mach < LOWEST_MACH)[-1]
     return table.mach[inside], table.value[:, inside]
 
 
@@ -61,8 +99,7 @@ def lift_start(table: Table) -> dict[str, tuple[float, ...]]:
     s = np.sin(np.radians(table.angle_deg))
     known, values = columns(table)
     for m, lift in zip(known, values.T, strict=True):
-        attached = (table.angle_deg >= -2) & (table.angle_deg <= 4)
-        slope, level = np.polyfit(s[attached], lift[attached], 1)
+        slope, level = _attached_line(table, lift)
         lost = np.abs(slope * s + level - lift) > 0.25
         mach.append(m)
         slopes.append(slope)
@@ -87,7 +124,7 @@ def drag_start(table: Table) -> dict[str, tuple[float, ...]]:
     s = np.sin(np.radians(table.angle_deg))
     known, values = columns(table)
     for m, drag in zip(known, values.T, strict=True):
-        level = drag[np.abs(table.angle_deg) <= 3].min()
+        level = drag[_between(table, *ATTACHED["drag"])].min()
         mach.append(m)
         levels.append(level)
         ramps.append(_first(s, (drag > level + 0.02) & (s > -0.02), 0.3))
