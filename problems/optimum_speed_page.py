@@ -12,6 +12,7 @@ import xarray as xr
 from optimum_speed_figures import draw
 from optimum_speed_results import METRICS, default, effect, levels, named, power_ratio, usable
 
+Ranges = Mapping[str, tuple[float, float] | None]
 MARKER = "<!-- tables: everything below is written by problems/optimum_speed.py -->"
 LETTERS = {
     "none": "",
@@ -25,6 +26,7 @@ LETTERS = {
     "torque": "q",
     "turbine temperature": "T",
 }
+SHOWN = ("optimum_rotor_speed", "optimum_fuel_change")
 NOTABLE = 0.5  # points of fuel or percent of rotor speed: interactions that are listed
 
 
@@ -37,7 +39,7 @@ def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[s
     yield ""
 
 
-def calibration(dataset: xr.Dataset, ranges: Mapping[str, tuple[float, float] | None]) -> Iterator[str]:
+def calibration(dataset: xr.Dataset, ranges: Ranges) -> Iterator[str]:
     yield "### Calibrated constants\n"
     yield "Solved on the hover and cruise of the flight manual with the model itself. Bold: outside its sourced range "
     yield "(" + ", ".join(f"{name.replace('_', ' ')} {low} to {high}" for name, (low, high) in _known(ranges)) + ").\n"
@@ -54,11 +56,11 @@ def calibration(dataset: xr.Dataset, ranges: Mapping[str, tuple[float, float] | 
     yield from table(header, rows)
 
 
-def _known(ranges: Mapping[str, tuple[float, float] | None]) -> list[tuple[str, tuple[float, float]]]:
+def _known(ranges: Ranges) -> list[tuple[str, tuple[float, float]]]:
     return [(name, allowed) for name, allowed in ranges.items() if allowed is not None]
 
 
-def _constants(values: xr.DataArray, ranges: Mapping[str, tuple[float, float] | None]) -> Iterator[str]:
+def _constants(values: xr.DataArray, ranges: Ranges) -> Iterator[str]:
     for name, (low, high) in _known(ranges):
         value = float(values.sel(constant=name))
         text = f"{value:.4f}" if value < 0.1 else f"{value:.3f}"
@@ -157,37 +159,43 @@ def interactions(dataset: xr.Dataset, mass: float) -> list[list[str]]:
     ]
 
 
-def all_models(dataset: xr.Dataset) -> Iterator[str]:
+def all_models(dataset: xr.Dataset, ranges: Ranges) -> Iterator[str]:
+    inside = xr.ones_like(dataset.duration, dtype=bool)
+    for name, (low, high) in _known(ranges):
+        value = dataset.constants.sel(constant=name)
+        inside = inside & (value >= low) & (value <= high)
     yield "### All models\n"
     yield (
-        "Mean optimum of each physics model over its flyable points (least, median, largest of the models), the same "
-        "of the change of fuel, and the share of all these points where the rotor slows by less than 3 %.\n"
+        "Mean optimum of each physics model over its flyable points: least, median and largest of all models, then of "
+        f"the {int(inside.sum())} models with all constants inside their ranges; what the optima of all rest on; "
+        "and the share of them where the rotor slows by less than 3 %.\n"
     )
     rows = []
     for mass in dataset.mass.values:
-        for margin in dataset.margin.values:
+        for margin in sorted(dataset.margin.values):
             for engine in dataset.engine.values:
-                found = usable(dataset, {"margin": margin, "engine": engine}).sel(mass=mass)
-                speed, fuel = (
-                    found[name].mean(("altitude", "speed")).values.ravel()
-                    for name in ("optimum_rotor_speed", "optimum_fuel_change")
-                )
+                place = {"margin": margin, "engine": engine, "mass": mass}
+                found = usable(dataset, place)
+                columns = [_three(found[name], kept) for kept in (True, inside) for name in SHOWN]
                 known = found.optimum_rotor_speed.values[np.isfinite(found.optimum_rotor_speed.values)]
-                rows.append(
-                    [
-                        f"{mass:.0f} kg",
-                        margin,
-                        engine,
-                        _three(speed),
-                        _three(fuel),
-                        f"{100 * np.mean(known > 97):.0f} %",
-                    ]
-                )
-    yield from table(["mass", "margin", "engine", "rotor speed %", "fuel %", "little or no reduction"], rows)
+                share = f"{100 * np.mean(known > 97):.0f} %"
+                rows.append([f"{mass:.0f} kg", margin, engine, *columns, _supports(dataset.sel(place)), share])
+    header = ("rotor speed %", "fuel %", "rotor speed %, inside", "fuel %, inside", "rests on", "little or none")
+    yield from table(["mass", "margin", "engine", *header], rows)
 
 
-def _three(values: np.ndarray) -> str:
-    return f"{np.nanmin(values):.1f}, {np.nanmedian(values):.1f}, {np.nanmax(values):.1f}"
+def _three(values: xr.DataArray, kept: xr.DataArray | bool) -> str:
+    """Least, median and largest of the models' means over the flights."""
+    means = values.mean(("altitude", "speed")).where(kept).values
+    return f"{np.nanmin(means):.1f}, {np.nanmedian(means):.1f}, {np.nanmax(means):.1f}"
+
+
+def _supports(chosen: xr.Dataset) -> str:
+    """What the optima of flyable points rest on, most frequent first."""
+    codes = chosen.active.values[chosen.flyable.values == 1]
+    names = str(chosen.active.attrs["flag_meanings"]).split(", ")
+    shares = sorted(((float(np.mean(codes == k)), names[k]) for k in np.unique(codes)), reverse=True)
+    return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares if share >= 0.005)
 
 
 def prototype(dataset: xr.Dataset) -> Iterator[str]:
@@ -239,13 +247,13 @@ def solution(dataset: xr.Dataset) -> Iterator[str]:
         )
 
 
-def write_page(folder: Path, dataset: xr.Dataset, ranges: Mapping[str, tuple[float, float] | None]) -> None:
+def write_page(folder: Path, dataset: xr.Dataset, ranges: Ranges) -> None:
     """Keep the text of the page above the marker, write figures and tables below it."""
     page = folder / "optimum_speed.md"
     text = page.read_text().split(MARKER)[0] if page.exists() else "# Optimum rotor speed\n\n"
     figures = draw(dataset, folder / "figures")
     lines = [MARKER, "", "## Results\n", *(f"![{title}](figures/{name})\n" for name, title in figures.items())]
-    for part in (maps, effects, all_models, prototype, solution):
+    for part in (maps, effects):
         lines += part(dataset)
-    lines += calibration(dataset, ranges)
+    lines += [*all_models(dataset, ranges), *prototype(dataset), *solution(dataset), *calibration(dataset, ranges)]
     page.write_text(text + "\n".join(lines))
