@@ -187,7 +187,8 @@ def all_models(dataset: xr.Dataset, ranges: Ranges) -> Iterator[str]:
 def _three(values: xr.DataArray, kept: xr.DataArray | bool) -> str:
     """Least, median and largest of the models' means over the flights."""
     means = values.mean(("altitude", "speed")).where(kept).values
-    return f"{np.nanmin(means):.1f}, {np.nanmedian(means):.1f}, {np.nanmax(means):.1f}"
+    means = means[np.isfinite(means)]
+    return f"{means.min():.1f}, {np.median(means):.1f}, {means.max():.1f}" if means.size else "-"
 
 
 def _supports(chosen: xr.Dataset) -> str:
