@@ -169,6 +169,7 @@ def test_a_heavy_aircraft_after_light_turns():
     assert comparison.trajectory is not None and comparison.trajectory.success
 
 
+@pytest.mark.slow
 def test_one_variable_alone_saves_less_than_both():
     comparison = solve(hop(), schedules=("nominal", "trajectory"), variables="all", workers=1)
     both = comparison.results["trajectory"].flight.fuel
@@ -180,6 +181,7 @@ def test_one_variable_alone_saves_less_than_both():
     assert {"speed_only", "twist_only"} <= set(comparison.summary())
 
 
+@pytest.mark.slow
 def test_a_larger_margin_costs_fuel():
     fuel = []
     for margin in (1.0, 1.5):
@@ -189,6 +191,7 @@ def test_a_larger_margin_costs_fuel():
     assert fuel[1] > fuel[0] * 1.005
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_workers():
     one, two = (solve(hop(), schedules=("nominal", "pointwise"), workers=w).summary() for w in (1, 2))
     assert one["schedules"] == two["schedules"]
@@ -215,6 +218,7 @@ def test_a_pick_up_beyond_the_largest_mass_is_named():
         solve(mission_from(data, where="sarm"), schedules=("nominal",), workers=1)
 
 
+@pytest.mark.slow
 def test_more_power_than_the_engines_have_is_infeasible():
     mission = hop(
         loading={"empty_kg": 1900.0},

@@ -111,6 +111,7 @@ sample(sys.argv[1], evaluate=analytic_rotor.evaluate_slowly, outputs=("power", "
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_killed_process_resumes_to_the_same_design(tmp_path, reference, how):
     path = tmp_path / "killed.db"

@@ -36,6 +36,7 @@ def test_belongs_to_this_model_and_this_aircraft(design, surrogate):
     assert AIRCRAFT == "bo105"
 
 
+@pytest.mark.slow
 def test_random_rows_are_recomputed(design):
     rows = design.dataset()
     chosen = np.random.default_rng(20).choice(len(rows.point), 10, replace=False)
