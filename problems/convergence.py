@@ -10,10 +10,11 @@ problems/validation.md with the rest of the validation.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from page_table import table
 from scipy.stats import qmc
 
 from vrsopt.aircraft import Aircraft, load_aircraft
@@ -58,16 +59,6 @@ BOX = {  # of the study; rotor speed over nominal
     "climb_angle": (-0.14, 0.14),
     "load_factor": (1.0, 1.3),
 }
-
-
-def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    """Lines of a Markdown table."""
-    names = list(header)
-    yield "| " + " | ".join(names) + " |"
-    yield "|" + "---|" * len(names)
-    for row in rows:
-        yield "| " + " | ".join(str(cell) for cell in row) + " |"
-    yield ""
 
 
 def flight(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from optimum_speed_figures import draw
 from optimum_speed_results import METRICS, default, effect, levels, named, power_ratio, usable
+from page_table import table
 
 Ranges = Mapping[str, tuple[float, float] | None]
 MARKER = "<!-- tables: everything below is written by problems/optimum_speed.py -->"
@@ -28,15 +29,6 @@ LETTERS = {
 }
 SHOWN = ("optimum_rotor_speed", "optimum_fuel_change")
 NOTABLE = 0.5  # points of fuel or percent of rotor speed: interactions that are listed
-
-
-def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    names = list(header)
-    yield "| " + " | ".join(names) + " |"
-    yield "|" + "---|" * len(names)
-    for row in rows:
-        yield "| " + " | ".join(str(cell) for cell in row) + " |"
-    yield ""
 
 
 def calibration(dataset: xr.Dataset, ranges: Ranges) -> Iterator[str]:

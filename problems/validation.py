@@ -17,7 +17,7 @@ from pathlib import Path
 import convergence
 import numpy as np
 import validation_rotor
-from convergence import table
+from page_table import table
 
 import vrsopt
 from vrsopt.aircraft import load_aircraft

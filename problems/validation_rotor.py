@@ -6,14 +6,15 @@ Imported by validation.py; nothing here is fitted to what it is compared with.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from math import pi, radians
 from pathlib import Path
 
 import casadi as ca
 import dynamic_stall
 import numpy as np
-from convergence import table
 from level_flight import KNOT, TEST_PITCH, TEST_POWER
+from page_table import table
 from scipy.optimize import brentq
 
 import vrsopt
@@ -25,7 +26,7 @@ from vrsopt.helicopter import helicopter
 from vrsopt.rotor.airfoil import load_section
 from vrsopt.rotor.blade import Beam, Family
 from vrsopt.rotor.fidelity import Fidelity
-from vrsopt.rotor.isolated import conditions, isolated_system, stiff_blade
+from vrsopt.rotor.isolated import conditions, isolated_system, model_rotor
 from vrsopt.solution import Solution
 
 # Beam of the scaled HART II blade, per nominal revolution, by an independent finite-element model
@@ -41,6 +42,7 @@ FREQUENCIES: dict[tuple[float, Family], tuple[float, ...]] = {
 CARADONNA_TUNG = {5.0: 0.00213, 8.0: 0.00459, 12.0: 0.00796}
 # I. C. Cheeseman, W. E. Bennett, ARC R&M 3021: height of the rotor over its radius, thrust ratio at constant power
 CHEESEMAN_BENNETT = {0.5: 1.3333, 0.8: 1.1082, 1.0: 1.0667, 1.5: 1.0286, 2.0: 1.0159}
+hover_rotor = partial(model_rotor, load_aircraft().main_rotor, load_section("naca_0012"))
 
 
 def point(speed: float, **changes: float) -> vrsopt.OperatingPoint:
@@ -145,22 +147,6 @@ def power_balance() -> Iterator[str]:
 # -- rotors alone ------------------------------------------------------------------------------------------------------
 
 
-def model_rotor(*, radius: float, chord: float, tip_speed: float, cutout: float) -> MainRotor:
-    """Two stiff untwisted blades with the section NACA 0012, drag level 0.0085 (Reynolds number about 2e6)."""
-    return load_aircraft().main_rotor.replaced(
-        blades=2,
-        radius=radius,
-        chord=chord,
-        nominal_rotor_speed=tip_speed / radius,
-        built_in_twist=0.0,
-        root_cutout=cutout,
-        precone=0.0,
-        section=load_section("naca_0012"),
-        section_drag_level=0.0085,
-        blade=stiff_blade(root=0.1 * radius, tip=radius),
-    )
-
-
 def hover_outputs(rotor: MainRotor, collectives: np.ndarray, *, blade_passage: bool) -> list[dict[str, float]]:
     system = isolated_system(rotor, Fidelity(blade_passage=blade_passage, dynamic_stall=False))
     solutions = [
@@ -171,7 +157,12 @@ def hover_outputs(rotor: MainRotor, collectives: np.ndarray, *, blade_passage: b
 
 def isolated() -> Iterator[str]:
     """Two rotors in hover, with and without the states of the finite number of blades."""
-    rotor = model_rotor(radius=1.143, chord=0.191, tip_speed=0.439 * standard_air(0.0).speed_of_sound, cutout=0.167)
+    rotor = hover_rotor(
+        radius=1.143,
+        chord=0.191,
+        tip_speed=0.439 * standard_air(0.0).speed_of_sound,
+        root_cutout=0.167,
+    )
     angles, measured = (np.array(values) for values in zip(*CARADONNA_TUNG.items(), strict=True))
     found = {
         on: np.array([out["thrust_coefficient"] for out in hover_outputs(rotor, angles, blade_passage=on)])
@@ -191,7 +182,7 @@ def isolated() -> Iterator[str]:
         for k, (angle, test) in enumerate(CARADONNA_TUNG.items())
     ]
     yield from table(("collective deg", "test", "disc", "difference", "blade passage", "difference"), rows)
-    rotor = model_rotor(radius=3.81, chord=0.027 * pi * 3.81 / 2, tip_speed=152.4, cutout=0.16)
+    rotor = hover_rotor(radius=3.81, chord=0.027 * pi * 3.81 / 2, tip_speed=152.4, root_cutout=0.16)
     rows = []
     for on, words in ((False, "disc"), (True, "blade passage")):
         merit = [out["figure_of_merit"] for out in hover_outputs(rotor, np.arange(5.0, 16.0), blade_passage=on)]

@@ -13,7 +13,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from vrsopt.airframe_data import Degrees, Fuselage, Loading, Metres, Ratio, SquareMetres, Surface
 from vrsopt.errors import InputError
-from vrsopt.quantity import Record, Unit, read_toml, validated
+from vrsopt.quantity import Record, Unit, check_increasing, read_toml, validated
 from vrsopt.rotor.airfoil import Airfoil
 
 DATA = Path(__file__).parent / "data"
@@ -55,8 +55,7 @@ class Blade(Record):
                 raise ValueError(f"{name}: {len(values)} values: expected one for each of {len(self.station)} stations")
             if min(values) <= 0:
                 raise ValueError(f"{name}: {min(values)}: must be positive")
-        if any(b <= a for a, b in zip(self.station[:-1], self.station[1:], strict=True)):
-            raise ValueError(f"station: {list(self.station)}: must increase")
+        check_increasing("station", self.station)
         return self
 
     @property
@@ -174,8 +173,7 @@ class BladeLoadingLimit(Record):
     def _shapes(self) -> BladeLoadingLimit:
         if len(self.advance_ratio) != len(self.thrust_over_solidity):
             raise ValueError("thrust_over_solidity: expected one value for each advance ratio")
-        if any(b <= a for a, b in zip(self.advance_ratio[:-1], self.advance_ratio[1:], strict=True)):
-            raise ValueError(f"advance_ratio: {list(self.advance_ratio)}: must increase")
+        check_increasing("advance_ratio", self.advance_ratio)
         if min(self.thrust_over_solidity) <= 0:
             raise ValueError(f"thrust_over_solidity: {min(self.thrust_over_solidity)}: must be positive")
         return self

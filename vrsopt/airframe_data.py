@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from vrsopt.quantity import Record, Unit
+from vrsopt.quantity import Record, Unit, check_increasing
 
 Metres = Unit("m")
 SquareMetres = Unit("m2")
@@ -39,8 +39,7 @@ class AngleTable(Record):
     def _circle(self) -> AngleTable:
         if len(self.angle) != len(self.coefficient):
             raise ValueError("coefficient: expected one value for each angle")
-        if any(b <= a for a, b in zip(self.angle[:-1], self.angle[1:], strict=True)):
-            raise ValueError(f"angle: {list(self.angle)}: must increase")
+        check_increasing("angle", self.angle)
         if self.angle[0] > -180 or self.angle[-1] < 180:
             raise ValueError(f"angle: {self.angle[0]:g} to {self.angle[-1]:g}: must cover -180 to 180")
         return self
@@ -111,8 +110,7 @@ class CgLimits(Record):
     def _shapes(self) -> CgLimits:
         if not len(self.mass) == len(self.foremost) == len(self.aftmost):
             raise ValueError("foremost, aftmost: expected one value for each mass")
-        if any(b <= a for a, b in zip(self.mass[:-1], self.mass[1:], strict=True)):
-            raise ValueError(f"mass: {list(self.mass)}: must increase")
+        check_increasing("mass", self.mass)
         for mass, foremost, aftmost in zip(self.mass, self.foremost, self.aftmost, strict=True):
             if foremost >= aftmost:
                 raise ValueError(f"foremost: {foremost} at {mass:g} kg: must be less than aftmost")

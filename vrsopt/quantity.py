@@ -9,6 +9,7 @@ must say the same unit, so that a number can not be read in another one. In Pyth
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -143,3 +144,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: can not be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # besides syntax: an integer or a nesting beyond all bounds
         raise InputError(f"{path}: not a TOML file: {error}") from None
+
+
+def check_increasing(name: str, values: Sequence[float]) -> None:
+    """Raise ValueError, for a validator, unless each value is larger than the one before it."""
+    if any(b <= a for a, b in zip(values[:-1], values[1:], strict=True)):
+        raise ValueError(f"{name}: {list(values)}: must increase")

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from vrsopt.aircraft import load_aircraft
 from vrsopt.rotor.airfoil import load_section
 from vrsopt.rotor.fidelity import Fidelity
-from vrsopt.rotor.isolated import conditions, isolated_system, stiff_blade
+from vrsopt.rotor.isolated import conditions, isolated_system, model_rotor
 
 CHORD, ROOT, BLADES = 0.191 / 1.143, 0.167, 2  # Caradonna and Tung, over the radius
 TIP_MACH, SPEED_OF_SOUND = 0.439, 340.294
@@ -94,17 +94,13 @@ class Lattice:
 def disc_thrust(collective_deg: float, share: float = 1.0, passage: bool = True) -> float:
     """C_T of the product's rotor with that share of the chord; four times as large, for the chord's lower bound."""
     radius, tip_speed = 4 * 1.143, TIP_MACH * SPEED_OF_SOUND
-    rotor = load_aircraft().main_rotor.replaced(
-        blades=BLADES,
+    rotor = model_rotor(
+        load_aircraft().main_rotor,
+        load_section("naca_0012"),
         radius=radius,
         chord=share * CHORD * radius,
-        nominal_rotor_speed=tip_speed / radius,
-        built_in_twist=0.0,
+        tip_speed=tip_speed,
         root_cutout=ROOT,
-        precone=0.0,
-        section=load_section("naca_0012"),
-        section_drag_level=0.0085,
-        blade=stiff_blade(root=0.1 * radius, tip=radius),
     )
     fidelity = Fidelity(harmonics=1, azimuths=16, highest_shape=5, blade_passage=passage, dynamic_stall=False)
     solution = isolated_system(rotor, fidelity).solve(

@@ -79,7 +79,7 @@ class ModalBlade:
     def __init__(self, rotor: dict, counts: tuple[int, int, int] = (3, 2, 1)) -> None:
         data = rotor["blade"]
         if data["mass_centre_offset"] or data["aerodynamic_centre_offset"]:
-            raise NotImplementedError("chordwise offsets")
+            raise ValueError("chordwise offsets of the blade: must be 0, the march has no terms for them")
         self.beam, self.counts = Beam(data), counts
         self.precone, self.radius = radians(rotor["precone"]), rotor["radius"]
         beam, speed = self.beam, rotor["nominal_rotor_speed"]

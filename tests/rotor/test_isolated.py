@@ -1,43 +1,28 @@
 """The rotor alone against hover tests, momentum theory and the ground-effect formula."""
 
-from functools import cache
+from functools import cache, partial
 from math import pi, radians
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from vrsopt.aircraft import MainRotor, load_aircraft
+from vrsopt.aircraft import load_aircraft
 from vrsopt.rotor.airfoil import load_section
 from vrsopt.rotor.fidelity import Fidelity
-from vrsopt.rotor.isolated import conditions, isolated_system, stiff_blade
+from vrsopt.rotor.isolated import conditions, isolated_system, model_rotor
 
 SPEED_OF_SOUND = 340.294
-
-
-def model_rotor(*, radius: float, chord: float, tip_speed: float, cutout: float) -> MainRotor:
-    """Two stiff untwisted blades with the section NACA 0012 as shipped, drag level 0.0085 (about 2e6 Reynolds)."""
-    return load_aircraft().main_rotor.replaced(
-        blades=2,
-        radius=radius,
-        chord=chord,
-        nominal_rotor_speed=tip_speed / radius,
-        built_in_twist=0.0,
-        root_cutout=cutout,
-        precone=0.0,
-        section=load_section("naca_0012"),
-        section_drag_level=0.0085,
-        blade=stiff_blade(root=0.1 * radius, tip=radius),
-    )
+hover_rotor = partial(model_rotor, load_aircraft().main_rotor, load_section("naca_0012"))
 
 
 @cache
 def system(case: str, passage: bool = False):
     """The rotor and its system: a rotor test, or the main rotor of the aircraft."""
     if case == "caradonna-tung":
-        rotor = model_rotor(radius=1.143, chord=0.191, tip_speed=0.439 * SPEED_OF_SOUND, cutout=0.167)
+        rotor = hover_rotor(radius=1.143, chord=0.191, tip_speed=0.439 * SPEED_OF_SOUND, root_cutout=0.167)
     elif case == "harrington":
-        rotor = model_rotor(radius=3.81, chord=0.027 * pi * 3.81 / 2, tip_speed=152.4, cutout=0.16)
+        rotor = hover_rotor(radius=3.81, chord=0.027 * pi * 3.81 / 2, tip_speed=152.4, root_cutout=0.16)
     else:
         rotor = load_aircraft().main_rotor
     fidelity = Fidelity(highest_harmonic=3, highest_shape=5, blade_passage=passage, dynamic_stall=False)

@@ -14,6 +14,7 @@ from vrsopt.aircraft import Blade, MainRotor
 from vrsopt.atmosphere import GRAVITY, standard_air
 from vrsopt.quantity import validated
 from vrsopt.residual import Named, ResidualSystem, Unknown
+from vrsopt.rotor.airfoil import Airfoil
 from vrsopt.rotor.fidelity import Fidelity
 from vrsopt.rotor.response import RotorModel, RotorState
 
@@ -136,6 +137,28 @@ def isolated_system(rotor: MainRotor, fidelity: Fidelity | None = None) -> Resid
         r=ca.vertcat(response.blade_residual, response.inflow_residual),
         y=ca.vertcat(*[expression for _, expression in outputs.values()]),
         guess=lambda given: {"inflow_cos_0_1": _induced(rotor, given) / sqrt(3.0)},
+    )
+
+
+def model_rotor(
+    like: MainRotor, section: Airfoil, *, radius: float, chord: float, tip_speed: float, root_cutout: float
+) -> MainRotor:
+    """Rotor of a hover test: two stiff blades without twist and precone; lengths in m, tip speed in m/s.
+
+    root_cutout: over the radius. Drag level of the section 0.0085, that of NACA 0012 at a Reynolds number of about 2e6.
+    What a rotor alone does not need is taken from ``like``.
+    """
+    return like.replaced(
+        blades=2,
+        radius=radius,
+        chord=chord,
+        nominal_rotor_speed=tip_speed / radius,
+        built_in_twist=0.0,
+        root_cutout=root_cutout,
+        precone=0.0,
+        section=section,
+        section_drag_level=0.0085,
+        blade=stiff_blade(root=0.1 * radius, tip=radius),
     )
 
 
