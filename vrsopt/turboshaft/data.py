@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
+from vrsopt.combustor.data import ReactorData
 from vrsopt.errors import InputError
 from vrsopt.quantity import Record, Unit, read_toml, validated
 
@@ -59,7 +60,12 @@ class CombustorData(Record):
     loss_curvature: Number
     loss_ceiling: Annotated[float, Unit("-"), Field(gt=0, lt=1)]
     pressure_loss: Fraction
-    co2_per_fuel: Annotated[float, Unit("kg/kg"), Field(gt=0)]
+    hydrogen_to_carbon: Annotated[float, Unit("-"), Field(ge=0, le=4)]
+
+    @property
+    def co2_per_fuel(self) -> float:
+        """CO2 of complete combustion [kg per kg of fuel]: carbon balance of CHx."""
+        return 44.009 / (12.011 + 1.008 * self.hydrogen_to_carbon)
 
 
 class GasGeneratorTurbineData(Record):
@@ -114,6 +120,7 @@ class EngineData(Record):
     intake: IntakeData
     compressor: CompressorData
     combustor: CombustorData
+    reactors: ReactorData
     gas_generator_turbine: GasGeneratorTurbineData
     power_turbine: PowerTurbineData
     exhaust: ExhaustData

@@ -1,0 +1,1 @@
+"""Combustor: chemistry, stirred reactors, and the network of them that gives NOx and CO."""
