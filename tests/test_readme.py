@@ -33,10 +33,10 @@ def test_first_example_runs():
 
 
 def test_commands_for_a_fresh_machine_are_those_of_the_tests():
-    assert 'pip install -e ".[test]" && pytest' in README
+    assert 'pip install -e ".[test]" && pytest -n auto' in README
     assert "pip install -e . && vrsopt solve problems/sarm.toml --out results/sarm" in README
     run = (ROOT / ".ci" / "run").read_text()
-    assert 'pip install --quiet -e ".[test]"' in run and "\npytest\n" in run
+    assert 'pip install --quiet -e ".[test]"' in run and "\npytest -n auto\n" in run
 
 
 def test_files_the_readme_names_exist():
