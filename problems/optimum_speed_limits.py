@@ -38,7 +38,7 @@ class Engine:
     def at(cls, altitude: float, speed: float) -> Engine:
         mach = speed / standard_air(altitude, 0.0).speed_of_sound
         shape = (len(cls.POWERS), len(cls.TURBINE_SPEEDS))
-        points = [[P, n, altitude, 0.0, mach, 0.0, 0.0] for P in cls.POWERS for n in cls.TURBINE_SPEEDS]
+        points = [[P, n, altitude, 0.0, mach, 0.0, 0.0, 0.0] for P in cls.POWERS for n in cls.TURBINE_SPEEDS]
         found = solve_many(np.array(points))
         if not found.success.all():
             raise RuntimeError(f"engine: {len(found.failures)} points of the table not solved")

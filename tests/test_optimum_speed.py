@@ -129,7 +129,9 @@ def test_no_optimum_without_the_nominal_rotor():
 def test_engine_table_is_the_engine():
     table = limits.Engine.at(1000.0, 40.0)
     mach = 40.0 / 336.43
-    points = np.array([[137e3, 0.873, 1000.0, 0.0, mach, 0.0, 0.0], [231e3, 1.041, 1000.0, 0.0, mach, 0.0, 0.0]])
+    points = np.array(
+        [[137e3, 0.873, 1000.0, 0.0, mach, 0.0, 0.0, 0.0], [231e3, 1.041, 1000.0, 0.0, mach, 0.0, 0.0, 0.0]]
+    )
     exact = solve_many(points).outputs["fuel_flow"]
     fuel, _ = table.run(points[:, 0], points[:, 1], coupled=True)
     assert fuel == pytest.approx(exact, rel=2e-5)

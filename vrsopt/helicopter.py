@@ -96,6 +96,7 @@ class Helicopter:
             "mach": flight["speed"] / air.speed_of_sound,
             "bleed_fraction": 0.0,
             "power_offtake": 0.0,
+            "humidity": 0.0,
         }
         system = gas_path(self.engine, "power")
         solution = system.solve(demand, guess, method=method)

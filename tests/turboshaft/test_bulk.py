@@ -11,12 +11,12 @@ from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import load_engine
 
-LOW = [20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0]
-HIGH = [330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3]
+LOW = [20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0, 0.0]
+HIGH = [330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3, 0.03]
 
 
 def box(count, seed):
-    return qmc.scale(qmc.LatinHypercube(7, rng=seed).random(count), LOW, HIGH)
+    return qmc.scale(qmc.LatinHypercube(8, rng=seed).random(count), LOW, HIGH)
 
 
 @pytest.mark.parametrize("count", [400, pytest.param(2000, marks=pytest.mark.slow)])
@@ -68,7 +68,7 @@ def test_a_point_without_a_solution_is_named_and_not_a_number():
 
 
 def test_wrong_shapes_and_numbers_are_input_errors():
-    with pytest.raises(InputError, match=r"shape \(3, 5\): expected \(N, 7\)"):
+    with pytest.raises(InputError, match=r"shape \(3, 5\): expected \(N, 8\)"):
         solve_many(np.zeros((3, 5)))
     bad = box(3, seed=6)
     bad[2, 3] = np.nan

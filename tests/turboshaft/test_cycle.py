@@ -13,7 +13,7 @@ from vrsopt.turboshaft.data import load_engine
 from vrsopt.turboshaft.gas import enthalpy
 
 PLACE = {"power_turbine_speed": 1.0, "altitude": 0.0, "isa_offset": 0.0, "mach": 0.0}
-EXTRAS = {"bleed_fraction": 0.0, "power_offtake": 0.0}
+EXTRAS = {"bleed_fraction": 0.0, "power_offtake": 0.0, "humidity": 0.0}
 ENGINE = load_engine()
 CONSTANT = ENGINE.changed(
     "combustor", loss_slope=0.0, loss_curvature=0.0
@@ -27,7 +27,7 @@ def solved(demand, mode="power", engine=ENGINE, **changes):
 
 
 def many(demand, speed=1.0, altitude=0.0, isa_offset=0.0, mach=0.0, mode="power", engine=ENGINE):
-    columns = np.broadcast_arrays(demand, speed, altitude, isa_offset, mach, 0.0, 0.0)
+    columns = np.broadcast_arrays(demand, speed, altitude, isa_offset, mach, 0.0, 0.0, 0.0)
     result = solve_many(np.column_stack([np.ravel(c) for c in columns]), mode=mode, engine_data=engine)
     assert result.success.all()
     return result.outputs
@@ -46,7 +46,7 @@ def test_the_design_point_is_a_root_by_construction():
     system = gas_path(ENGINE)
     start = [unknown.start for unknown in system.unknowns]
     z, p, r, _ = system.nlp_terms()
-    residual = ca.Function("residual", [z, p], [r])(start, [313e3, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).full()
+    residual = ca.Function("residual", [z, p], [r])(start, [313e3, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).full()
     assert residual.shape == (9, 1) and np.max(np.abs(residual)) < 1e-10
     out = solved(313e3)
     assert sfc(313e3) == pytest.approx(0.395, rel=1e-6)
@@ -185,8 +185,8 @@ def test_the_three_modes_are_the_same_engine(power):
 
 def test_ipopt_and_newton_agree():
     system, rng = gas_path(ENGINE), np.random.default_rng(3)
-    low, high = [20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0], [330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3]
-    points = rng.uniform(low, high, (25, 7))
+    low, high = [20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0, 0.0], [330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3, 0.03]
+    points = rng.uniform(low, high, (25, 8))
     compiled = solve_many(points)
     for row, bulk in zip(points, compiled.scaled, strict=True):
         values = dict(zip((item.name for item in system.parameters), row.tolist(), strict=True))
@@ -200,8 +200,8 @@ def test_ipopt_and_newton_agree():
 def test_sensitivities_equal_resolved_differences():
     system = gas_path(ENGINE)
     names = [parameter.name for parameter in system.parameters]
-    point = np.array([180e3, 0.93, 700.0, 8.0, 0.12, 0.01, 3e3])
-    steps = np.array([4e3, 0.02, 100.0, 2.0, 0.02, 0.003, 1e3])
+    point = np.array([180e3, 0.93, 700.0, 8.0, 0.12, 0.01, 3e3, 0.01])
+    steps = np.array([4e3, 0.02, 100.0, 2.0, 0.02, 0.003, 1e3, 0.002])
     exact = system.sensitivities(system.solve(dict(zip(names, point.tolist(), strict=True)), method="newton"))
     offsets = np.array([-2, -1, 1, 2])
     weights = np.array([1, -8, 8, -1]) / 12.0

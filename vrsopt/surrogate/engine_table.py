@@ -159,6 +159,7 @@ def engine_table(*, isa_offset: float = 0.0, engine_data: EngineData | None = No
             np.sqrt(flat[:, 3]),
             zero,
             zero,
+            zero,
         )
         answer = solve_many(np.column_stack(columns), engine_data=data)
         _all_solved(answer, data.name, isa_offset)

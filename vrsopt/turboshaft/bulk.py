@@ -12,7 +12,7 @@ from vrsopt.turboshaft.data import EngineData, load_engine
 
 
 def solve_many(parameters: np.ndarray, *, mode: Mode = "power", engine_data: EngineData | None = None) -> ManySolutions:
-    """Solve the gas path of an engine at every row of ``parameters`` (N, 7), about 0.1 ms each.
+    """Solve the gas path of an engine at every row of ``parameters`` (N, 8), about 0.1 ms each.
 
     Columns in the order of :func:`vrsopt.turboshaft.cycle.gas_path`, SI units. A point that Newton misses is tried once
     more by IPOPT. Raises :class:`InputError` for a wrong shape or a value that is not finite.

@@ -19,7 +19,14 @@ from vrsopt.errors import InputError
 from vrsopt.residual import Named, ResidualSystem, Unknown
 from vrsopt.turboshaft.data import EngineData
 from vrsopt.turboshaft.design_point import DesignPoint, design_point
-from vrsopt.turboshaft.gas import enthalpy, entropy_function, fuel_enthalpy, gas_constant, heat_capacity
+from vrsopt.turboshaft.gas import (
+    enthalpy,
+    entropy_function,
+    fuel_enthalpy,
+    gas_constant,
+    heat_capacity,
+    heat_capacity_ratio,
+)
 from vrsopt.turboshaft.maps import combustion_efficiency, compressor_map, swallowing, turbine_efficiency, turbine_work
 
 Mode = Literal["power", "gas_generator_speed", "temperature"]
@@ -64,7 +71,7 @@ def gas_path(engine: EngineData, mode: Mode = "power") -> ResidualSystem:
 
     Parameters: ``demand`` (W, ratio or K by ``mode``), ``power_turbine_speed`` (ratio), ``altitude`` (m, pressure
     altitude), ``isa_offset`` (K), ``mach``, ``bleed_fraction`` (of the compressor's air), ``power_offtake`` (W, from
-    the gas generator). Combustion efficiency falls with combustor pressure, as the data file says. Built once per
+    the gas generator), ``humidity`` (kg of water vapour per kg of dry air). Combustion efficiency falls with combustor pressure, as the data file says. Built once per
     engine and mode. Raises :class:`InputError` for an unknown mode.
     """
     if mode not in DEMAND_UNITS:
@@ -85,7 +92,7 @@ def _sized(engine: str) -> DesignPoint:
 @lru_cache(maxsize=16)
 def _built(text: str, mode: Mode) -> ResidualSystem:
     engine, design = EngineData.model_validate_json(text), _sized(text)
-    x, p = ca.SX.sym("x", len(UNKNOWNS)), ca.SX.sym("p", 7)
+    x, p = ca.SX.sym("x", len(UNKNOWNS)), ca.SX.sym("p", 8)
     residuals, outputs = _equations(engine, design, x, p)
     reached = {
         "power": outputs["power"] / design.power,
@@ -105,6 +112,7 @@ def _built(text: str, mode: Mode) -> ResidualSystem:
             Named("mach", "-"),
             Named("bleed_fraction", "-"),
             Named("power_offtake", "W"),
+            Named("humidity", "-"),
         ),
         residuals=tuple(Named(name) for name in residuals),
         outputs=OUTPUTS,
@@ -131,63 +139,66 @@ def _equations(engine: EngineData, design: DesignPoint, x: Any, p: Any) -> tuple
         )
     )
     expansion = design.expansion * x[7]
-    _, n2, altitude, isa_offset, mach, bleed, offtake = ca.vertsplit(p)
+    _, n2, altitude, isa_offset, mach, bleed, offtake, humidity = ca.vertsplit(p)
 
     ambient = standard_air(altitude, isa_offset)
-    ram = 1.0 + 0.2 * mach**2
-    t2 = ambient.temperature * ram
-    p2 = ambient.pressure * ram**3.5 * (1.0 - engine.intake.pressure_loss)
-    theta, delta = t2 / SEA_LEVEL_TEMPERATURE, p2 / SEA_LEVEL_PRESSURE
+    t2, stagnation_ratio = stagnation(ambient.temperature, mach, humidity)
+    p2 = ambient.pressure * stagnation_ratio * (1.0 - engine.intake.pressure_loss)
+    sound, flow_unit = similarity(t2, p2, humidity)
 
     relative_flow, pressure_ratio, eta_c = compressor_map(
-        engine.compressor, speed / ca.sqrt(theta), beta, pressure_ratio=design.pressure_ratio
+        engine.compressor, speed / sound, beta, pressure_ratio=design.pressure_ratio
     )
-    air = design.corrected_air_flow * relative_flow * delta / ca.sqrt(theta)
-    h2, h3 = enthalpy(t2), enthalpy(t3)
+    air = design.corrected_air_flow * relative_flow * flow_unit
+    h2, h3 = enthalpy(t2, 0.0, humidity), enthalpy(t3, 0.0, humidity)
     p3 = p2 * pressure_ratio
 
     burnt = air * (1.0 - bleed - ggt.cooling_fraction)
+    dry = burnt / (1.0 + humidity)
     eta_b = combustion_efficiency(burner, p3 / design.compressor_exit_pressure)
-    f4 = (enthalpy(t4) - h3) / (eta_b * burner.heating_value - fuel_enthalpy(t4))
-    fuel = f4 * burnt
-    loss = burner.pressure_loss * (burnt / p3) ** 2 * t3 / design.combustor_parameter
-    p4, w4, h4 = p3 * (1.0 - loss), burnt + fuel, enthalpy(t4, f4)
+    # energy per kg of dry air: air and vapour are heated, the fuel adds its heat and the heat of its products
+    f4 = (1.0 + humidity) * (enthalpy(t4, 0.0, humidity) - h3) / (eta_b * burner.heating_value - fuel_enthalpy(t4))
+    fuel = f4 * dry
+    gas3, gas4 = gas_constant(0.0, humidity), gas_constant(f4, humidity)
+    loss = burner.pressure_loss * (burnt / p3) ** 2 * gas3 * t3 / design.combustor_parameter
+    p4, w4, h4 = p3 * (1.0 - loss), burnt + fuel, enthalpy(t4, f4, humidity)
 
-    ratio_gg = ca.exp((entropy_function(t4, f4) - entropy_function(t45s, f4)) / gas_constant(f4))
-    drop_gg, h45u = h4 - enthalpy(t45s, f4), enthalpy(t45u, f4)
+    ratio_gg = ca.exp((entropy_function(t4, f4, humidity) - entropy_function(t45s, f4, humidity)) / gas4)
+    drop_gg, h45u = h4 - enthalpy(t45s, f4, humidity), enthalpy(t45u, f4, humidity)
     eta_gg = turbine_efficiency(ggt.efficiency, ggt.speed_curvature, speed, drop_gg / design.gas_generator_drop)
 
     cooling = air * ggt.cooling_fraction
-    w45, f45 = w4 + cooling, fuel / (burnt + cooling)
+    w45, f45 = w4 + cooling, fuel * (1.0 + humidity) / (burnt + cooling)
     h45 = (w4 * h45u + cooling * h3) / w45
     t45 = t45u  # mixing changes it by some 10 K: two Newton steps are exact to 1e-8 K
     for _ in range(2):
-        t45 = t45 - (enthalpy(t45, f45) - h45) / heat_capacity(t45, f45)
-    p45u = p4 / ratio_gg
-    p45 = p45u * (1.0 - pt.duct_pressure_loss * (w45 / p45u) ** 2 * t45 / design.duct_parameter)
+        t45 = t45 - (enthalpy(t45, f45, humidity) - h45) / heat_capacity(t45, f45, humidity)
+    p45u, gas45 = p4 / ratio_gg, gas_constant(f45, humidity)
+    p45 = p45u * (1.0 - pt.duct_pressure_loss * (w45 / p45u) ** 2 * gas45 * t45 / design.duct_parameter)
 
     t5s = t45 * ca.exp(-(expansion**2))
-    ratio_pt = ca.exp((entropy_function(t45, f45) - entropy_function(t5s, f45)) / gas_constant(f45))
-    spouting = ca.sqrt((h45 - enthalpy(t5s, f45)) / design.power_turbine_drop)
+    ratio_pt = ca.exp((entropy_function(t45, f45, humidity) - entropy_function(t5s, f45, humidity)) / gas45)
+    spouting = ca.sqrt((h45 - enthalpy(t5s, f45, humidity)) / design.power_turbine_drop)
     work_pt = (
         design.power_turbine_efficiency * design.power_turbine_drop * turbine_work(pt.speed_curvature, n2, spouting)
     )
-    h5, p5 = enthalpy(t5, f45), p45 / ratio_pt
+    h5, p5 = enthalpy(t5, f45, humidity), p45 / ratio_pt
     power = pt.mechanical_efficiency * w45 * (h45 - h5)
 
     shaft = air * (h3 - h2) / ggt.mechanical_efficiency + ggt.accessory_power * speed + offtake
     residuals = {
-        "compression": (entropy_function(t3s) - entropy_function(t2)) / gas_constant() - ca.log(pressure_ratio),
-        "compressor work": (eta_c * (h3 - h2) - (enthalpy(t3s) - h2))
+        "compression": (entropy_function(t3s, 0.0, humidity) - entropy_function(t2, 0.0, humidity)) / gas3
+        - ca.log(pressure_ratio),
+        "compressor work": (eta_c * (h3 - h2) - (enthalpy(t3s, 0.0, humidity) - h2))
         / (design.compressor_work * engine.compressor.efficiency),
-        "gas-generator turbine flow": (w4 / p4 / design.gas_generator_constant) ** 2 * t4
+        "gas-generator turbine flow": (w4 / p4 / design.gas_generator_constant) ** 2 * gas4 * t4
         - swallowing(ratio_gg, ggt.flow_exponent),
         "gas-generator turbine work": (h4 - h45u - eta_gg * drop_gg) / (ggt.efficiency * design.gas_generator_drop),
         "gas-generator shaft": (w4 * (h4 - h45u) - shaft) / (design.air_flow * design.compressor_work),
-        "power turbine flow": (w45 / p45 / design.power_turbine_constant) ** 2 * t45
+        "power turbine flow": (w45 / p45 / design.power_turbine_constant) ** 2 * gas45 * t45
         - swallowing(ratio_pt, pt.flow_exponent),
         "power turbine work": (h45 - h5 - work_pt) / (design.power_turbine_efficiency * design.power_turbine_drop),
-        "exhaust": p5 / ambient.pressure - 1.0 - design.exhaust_constant * (w45 / p5) ** 2 * t5,
+        "exhaust": p5 / ambient.pressure - 1.0 - design.exhaust_constant * (w45 / p5) ** 2 * gas45 * t5,
     }
     outputs = {
         "power": power,
@@ -209,3 +220,23 @@ def _equations(engine: EngineData, design: DesignPoint, x: Any, p: Any) -> tuple
         "best_power_turbine_speed": spouting,
     }
     return residuals, outputs
+
+
+def stagnation(temperature: Any, mach: Any, humidity: Any) -> tuple[Any, Any]:
+    """Stagnation temperature [K] and stagnation over static pressure of humid air at static ``temperature`` [K]."""
+    gas = gas_constant(0.0, humidity)
+    kinetic = 0.5 * mach**2 * heat_capacity_ratio(temperature, 0.0, humidity) * gas * temperature
+    still, total = enthalpy(temperature, 0.0, humidity), temperature * (1.0 + 0.2 * mach**2)
+    for _ in range(2):  # exact to 1e-9 K below Mach 0.5
+        total = total - (enthalpy(total, 0.0, humidity) - still - kinetic) / heat_capacity(total, 0.0, humidity)
+    rise = entropy_function(total, 0.0, humidity) - entropy_function(temperature, 0.0, humidity)
+    return total, ca.exp(rise / gas)
+
+
+def similarity(temperature: Any, pressure: Any, humidity: Any) -> tuple[Any, Any]:
+    """Units of speed, sqrt(gamma R T), and of flow, P sqrt(gamma / (R T)), at a compressor's inlet over their values in
+    dry air at 288.15 K and 101325 Pa: equal Mach numbers at equal speed and flow over these units."""
+    gas = gas_constant(0.0, humidity) / gas_constant()
+    gamma = heat_capacity_ratio(temperature, 0.0, humidity) / heat_capacity_ratio(SEA_LEVEL_TEMPERATURE)
+    theta = gas * temperature / SEA_LEVEL_TEMPERATURE
+    return ca.sqrt(gamma * theta), pressure / SEA_LEVEL_PRESSURE * ca.sqrt(gamma / theta)

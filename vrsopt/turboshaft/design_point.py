@@ -47,11 +47,11 @@ class DesignPoint:
     power_turbine_drop: float  # isentropic enthalpy drop of the power turbine
     power_turbine_efficiency: float
     expansion: float  # y0: T5 ideal = T45 exp(-y0^2)
-    combustor_parameter: float  # (W sqrt(T)/P)^2 at the combustor inlet
-    gas_generator_constant: float  # W sqrt(T)/P of the choked gas-generator turbine
-    duct_parameter: float  # (W sqrt(T)/P)^2 of the duct between the turbines
-    power_turbine_constant: float  # W sqrt(T)/P of the choked power turbine
-    exhaust_constant: float  # exhaust loss over (W sqrt(T)/P)^2
+    combustor_parameter: float  # W^2 R T/P^2 at the combustor inlet
+    gas_generator_constant: float  # W sqrt(R T)/P of the choked gas-generator turbine
+    duct_parameter: float  # W^2 R T/P^2 of the duct between the turbines
+    power_turbine_constant: float  # W sqrt(R T)/P of the choked power turbine
+    exhaust_constant: float  # exhaust loss over W^2 R T/P^2
 
 
 def _temperature(function: Callable[[float], float], value: float, what: str, engine: str) -> float:
@@ -130,9 +130,15 @@ def design_point(engine: EngineData) -> DesignPoint:
         power_turbine_drop=pt_drop,
         power_turbine_efficiency=pt_work / pt_drop,
         expansion=math.sqrt(math.log(t45 / t5_ideal)),
-        combustor_parameter=(burnt / p3) ** 2 * t3,
-        gas_generator_constant=w4 * math.sqrt(t4) / p4 / math.sqrt(1.0 - ratio_gg**-ggt.flow_exponent),
-        duct_parameter=(w45 / p45_uncooled) ** 2 * t45,
-        power_turbine_constant=w45 * math.sqrt(t45) / p45 / math.sqrt(1.0 - ratio_pt**-pt.flow_exponent),
-        exhaust_constant=engine.exhaust.pressure_loss / ((w45 / p5) ** 2 * t5),
+        combustor_parameter=(burnt / p3) ** 2 * gas_constant() * t3,
+        gas_generator_constant=w4
+        * math.sqrt(gas_constant(f4) * t4)
+        / p4
+        / math.sqrt(1.0 - ratio_gg**-ggt.flow_exponent),
+        duct_parameter=(w45 / p45_uncooled) ** 2 * gas_constant(f45) * t45,
+        power_turbine_constant=w45
+        * math.sqrt(gas_constant(f45) * t45)
+        / p45
+        / math.sqrt(1.0 - ratio_pt**-pt.flow_exponent),
+        exhaust_constant=engine.exhaust.pressure_loss / ((w45 / p5) ** 2 * gas_constant(f45) * t5),
     )

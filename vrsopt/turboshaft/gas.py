@@ -1,8 +1,10 @@
-"""Thermal properties of air and of the products of lean kerosene combustion.
+"""Thermal properties of humid air and of the products of lean kerosene combustion.
 
-Complete combustion is exactly linear in the fuel-air ratio, so every mass-specific property is that of air plus the
-fuel-air ratio times that of the "theoretical products minus oxygen" gas. Both are degree-7 polynomials of temperature,
-valid 220..1800 K, fitted to NASA polynomials of the mixture (largest error 0.06 K).
+Complete combustion is exactly linear in the fuel-air ratio, so a mass-specific property is a sum over three gases: dry
+air, water vapour, and "theoretical products minus oxygen" of the fuel, X = (Xa + w Xw + f Xth) / (1 + w + f). Humidity w
+and fuel-air ratio f are per kg of DRY air. All three are degree-7 polynomials of temperature, valid 220..1800 K, fitted
+to NASA seven-coefficient polynomials as GRI-Mech 3.0 publishes them (largest error 0.06 K of enthalpy or entropy; for
+pure vapour 0.05 K).
 """
 
 from __future__ import annotations
@@ -13,11 +15,14 @@ import casadi as ca
 import numpy as np
 
 REFERENCE_TEMPERATURE = 298.15  # K, where enthalpies are zero and the heating value is given
+COLDEST, HOTTEST = 220.0, 1800.0  # K, between which the fits hold
 AIR_CONSTANT = 287.04799  # J/(kg K)
+VAPOUR_CONSTANT = 461.52998  # J/(kg K)
 FUEL_CONSTANT = 285.74424  # J/(kg K), per unit of fuel-air ratio
 
 # cp [J/(kg K)] = sum a_i (T/1000)^i
 _AIR = (954.6740447, 602.5113284, -3104.706822, 7945.219145, -9763.475696, 6308.530042, -2078.171213, 275.9322792)
+_VAPOUR = (2075.656219, -2417.546018, 9218.644616, -15731.24824, 16084.42054, -9580.945379, 3040.323911, -396.6160063)
 _FUEL = (526.4222579, 6065.991647, -5171.773525, -3846.272405, 13629.66725, -12331.39146, 4897.714279, -737.3803283)
 
 
@@ -46,26 +51,36 @@ def _entropy(a: tuple[float, ...], temperature: Any) -> Any:
     return a[0] * _log(temperature) + _horner(integral, temperature / 1000.0)
 
 
-def heat_capacity(temperature: Any, fuel_air_ratio: Any = 0.0) -> Any:
+def _mixed(air: Any, vapour: Any, fuel: Any, fuel_air_ratio: Any, humidity: Any) -> Any:
+    return (air + humidity * vapour + fuel_air_ratio * fuel) / (1.0 + humidity + fuel_air_ratio)
+
+
+def heat_capacity(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Heat capacity at constant pressure [J/(kg K)] at temperature [K]; floats, arrays or CasADi expressions."""
-    return (_heat(_AIR, temperature) + fuel_air_ratio * _heat(_FUEL, temperature)) / (1.0 + fuel_air_ratio)
+    return _mixed(*(_heat(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
 
 
-def enthalpy(temperature: Any, fuel_air_ratio: Any = 0.0) -> Any:
+def enthalpy(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Sensible enthalpy [J/kg] above 298.15 K."""
-    return (_enthalpy(_AIR, temperature) + fuel_air_ratio * _enthalpy(_FUEL, temperature)) / (1.0 + fuel_air_ratio)
+    return _mixed(*(_enthalpy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
 
 
-def entropy_function(temperature: Any, fuel_air_ratio: Any = 0.0) -> Any:
+def entropy_function(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Integral of cp/T [J/(kg K)]: an isentropic change has d(phi) = R d(ln P)."""
-    return (_entropy(_AIR, temperature) + fuel_air_ratio * _entropy(_FUEL, temperature)) / (1.0 + fuel_air_ratio)
+    return _mixed(*(_entropy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
 
 
-def gas_constant(fuel_air_ratio: Any = 0.0) -> Any:
+def gas_constant(fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Gas constant [J/(kg K)]."""
-    return (AIR_CONSTANT + fuel_air_ratio * FUEL_CONSTANT) / (1.0 + fuel_air_ratio)
+    return _mixed(AIR_CONSTANT, VAPOUR_CONSTANT, FUEL_CONSTANT, fuel_air_ratio, humidity)
+
+
+def heat_capacity_ratio(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
+    """cp / cv at temperature [K]."""
+    cp = heat_capacity(temperature, fuel_air_ratio, humidity)
+    return cp / (cp - gas_constant(fuel_air_ratio, humidity))
 
 
 def fuel_enthalpy(temperature: Any) -> Any:
-    """Enthalpy [J/kg] that unit fuel-air ratio adds to a kilogram of air."""
+    """Enthalpy [J] that unit fuel-air ratio adds to a kilogram of dry air."""
     return _enthalpy(_FUEL, temperature)

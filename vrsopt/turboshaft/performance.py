@@ -170,7 +170,9 @@ def _beyond_limits(data: EngineData, solution: Solution) -> bool:
 
 
 def _solve(data: EngineData, mode: Mode, demand: float, place: dict[str, float]) -> Solution:
-    return gas_path(data, mode).solve({"demand": demand, **place, "bleed_fraction": 0.0, "power_offtake": 0.0})
+    return gas_path(data, mode).solve(
+        {"demand": demand, **place, "bleed_fraction": 0.0, "power_offtake": 0.0, "humidity": 0.0}
+    )
 
 
 def _checked(**values: float) -> dict[str, float]:
