@@ -17,13 +17,14 @@ from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
+from vrsopt import foca
 from vrsopt.atmosphere import standard_air
 from vrsopt.turboshaft.cycle import sized
 from vrsopt.turboshaft.data import EngineData, load_engine
 from vrsopt.turboshaft.performance import engine
 
+VARIANTS = ("flight_manual_slope", "flight_manual_level")  # each holds one number solved here
 B17F_POWER, B17F_RATIO = 0.698, 1.098  # sister engine 250-B17F: consumption at 69.8 % power over that at take-off
-HORSEPOWER = 745.7  # W
 
 
 @dataclass(frozen=True)
@@ -65,12 +66,6 @@ def calibrate_all(data: EngineData) -> tuple[Calibrated, Calibrated]:
     )
 
 
-def foca_fuel_flow(power: float) -> float:
-    """Fuel flow [kg/s] of an engine below 600 shp at shaft power [W]: FOCA (2015), fleet average."""
-    s = power / HORSEPOWER
-    return 2.197e-15 * s**5 - 4.4441e-12 * s**4 + 3.4208e-9 * s**3 - 1.2138e-6 * s**2 + 2.414e-4 * s + 0.004583
-
-
 def sister_engine_ratio(data: EngineData) -> float:
     """Specific consumption at 69.8 % power over that at take-off power."""
     full = data.ratings.take_off_power
@@ -90,19 +85,19 @@ def report(data: EngineData) -> list[str]:
         "engine                 kg/h at   SFC 257 kW  SFC 257 kW  B17F ratio  T45 at take-off  FOCA at 313/257/200 kW",
     ]
     lines += ["                       257 kW    131.5 kt    static      (1.098)     K                %"]
-    engines = {"shipped": data} | {name: data.variant(name) for name in data.variants}
+    engines = {"shipped": data} | {name: data.variant(name) for name in VARIANTS}
     for name, variant in engines.items():
         point = variant.calibration
         assert point is not None
         flow = point.fuel_flow + fuel_flow_error(variant)
         static = engine(point.power, engine_data=variant).sfc_kg_kwh
-        foca = [
-            100 * (engine(p, engine_data=variant).fuel_flow_kg_s / foca_fuel_flow(p) - 1) for p in (313e3, 257e3, 200e3)
+        fleet = [
+            100 * (engine(p, engine_data=variant).fuel_flow_kg_s / foca.fuel_flow(p) - 1) for p in (313e3, 257e3, 200e3)
         ]
         lines.append(
             f"{name:<22} {flow:7.2f}   {flow / point.power * 1e3:8.4f}    {static:8.4f}    "
             f"{sister_engine_ratio(variant):7.4f}     {sized(variant).t45:7.1f}          "
-            + " ".join(f"{value:+5.1f}" for value in foca)
+            + " ".join(f"{value:+5.1f}" for value in fleet)
         )
     return lines
 

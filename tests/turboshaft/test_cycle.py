@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from vrsopt import foca
 from vrsopt.atmosphere import standard_air
 from vrsopt.errors import InputError
 from vrsopt.turboshaft.bulk import solve_many
@@ -35,11 +36,6 @@ def many(demand, speed=1.0, altitude=0.0, isa_offset=0.0, mach=0.0, mode="power"
 
 def sfc(power, **settings):
     return solved(power, **settings)["fuel_flow"] * 3.6e6 / power
-
-
-def foca(power):
-    s = power / 745.7
-    return 2.197e-15 * s**5 - 4.4441e-12 * s**4 + 3.4208e-9 * s**3 - 1.2138e-6 * s**2 + 2.414e-4 * s + 0.004583
 
 
 def test_the_design_point_is_a_root_by_construction():
@@ -87,7 +83,7 @@ def test_energy_is_conserved_from_outside(power):
     ],
 )
 def test_part_power_with_constant_combustion_efficiency(power, speed, t4, t45, consumption):
-    """Computed earlier with an independent implementation of the same equations, combustion efficiency 0.985, curvature 0.75."""
+    """Computed earlier by an independent implementation of these equations: efficiency 0.985, curvature 0.75."""
     engine = CONSTANT.changed("combustor", efficiency=0.985).changed("power_turbine", speed_curvature=0.75)
     out = solved(power, engine=engine)
     assert out["gas_generator_speed"] == pytest.approx(speed, abs=6e-4)
@@ -104,10 +100,16 @@ def test_consumption_of_the_sister_engine_at_part_power():
 def test_fuel_flow_against_the_fleet_average():
     # FOCA (2015), engines below 600 shp. Its part-power shape also set the combustion efficiency: partly circular.
     power = np.linspace(20e3, 313e3, 60)
-    ratio = many(power)["fuel_flow"] / foca(power)
+    ratio = many(power)["fuel_flow"] / foca.fuel_flow(power)
     high = power >= 200e3
     assert np.all((ratio[high] > 0.88) & (ratio[high] < 1.05))
     assert np.all((ratio[~high] > 0.75) & (ratio[~high] < 1.25))
+
+
+def test_combustion_efficiency_follows_the_carbon_monoxide_and_unburnt_fuel_of_the_fleet():
+    power = np.array([75e3, 120e3, 207e3, 313e3])
+    lost = (10.1e6 * foca.co_index(power) + 43.1e6 * foca.hc_index(power)) / 43.1e6
+    assert many(power)["combustion_efficiency"] == pytest.approx(1.0 - lost, abs=0.004)
 
 
 @pytest.mark.parametrize("engine", [ENGINE, CONSTANT])

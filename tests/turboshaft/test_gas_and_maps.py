@@ -41,8 +41,8 @@ def test_maps_pass_through_the_design_point():
     data = load_engine().compressor
     flow, ratio, efficiency = maps.compressor_map(data, 1.0, 0.0, pressure_ratio=7.1)
     assert (flow, ratio, efficiency) == (1.0, pytest.approx(7.1), data.efficiency)
-    assert maps.turbine_work(0.75, 1.0, 1.0) == 1.0
-    assert maps.turbine_efficiency(0.84, 0.55, 1.0, 1.0) == 0.84
+    for turbine in (load_engine().power_turbine, load_engine().gas_generator_turbine):
+        assert maps.turbine_map(turbine, maps.TurbineState(1.0, 1.0, 1.0, 2.6, 2.6)) == (1.0, 1.0)
 
 
 def test_speed_lines_choke_and_fall():
@@ -56,16 +56,17 @@ def test_speed_lines_choke_and_fall():
 
 def test_turbine_work_is_efficiency_times_isentropic_work():
     spouting, speed, curvature = 0.8, 1.1, 0.75
-    efficiency = float(maps.turbine_efficiency(1.0, curvature, speed, spouting**2))
+    efficiency = 1.0 - curvature * (speed / spouting - 1.0) ** 2
     assert maps.turbine_work(curvature, speed, spouting) == pytest.approx(efficiency * spouting**2, rel=1e-12)
 
 
-def test_combustion_efficiency_follows_the_carbon_monoxide_and_unburnt_fuel_of_foca():
-    # FOCA (2015): EI CO = 5660 S^-1.11, EI HC = 3819 S^-1.0801 g/kg over shaft horsepower S
+def test_combustion_efficiency_falls_with_loading_to_a_floor():
     data = load_engine().combustor
-    for power, pressure_ratio in ((313e3, 1.0), (207e3, 5.94 / 7.1), (75e3, 4.18 / 7.1)):
-        horsepower = power / 745.7
-        lost = 10.1 * 5660 * horsepower**-1.11 + 43.1 * 3819 * horsepower**-1.0801
-        assert maps.combustion_efficiency(data, pressure_ratio) == pytest.approx(1 - lost / 43.1e3, abs=0.004)
     assert maps.combustion_efficiency(data, 1.0) == pytest.approx(data.efficiency, rel=1e-14)
-    assert maps.combustion_efficiency(data, 0.02) > 1.0 - 1.05 * data.loss_ceiling
+    loading = np.linspace(1.1, 6.0, 50)
+    efficiency = maps.combustion_efficiency(data, loading).full().ravel()
+    assert np.all(np.diff(efficiency) < 0) and efficiency[-1] > 1.0 - 1.05 * data.loss_ceiling
+    # Walsh & Fletcher: loading ~ W / (P^1.8 10^(0.00145 (T - 400)))
+    assert maps.combustor_loading(2.0, 3.0, 500.0) / maps.combustor_loading(1.0, 1.0, 400.0) == pytest.approx(
+        2.0 / (3.0**1.8 * 10.0**0.145), rel=2e-3
+    )

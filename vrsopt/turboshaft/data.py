@@ -49,10 +49,14 @@ class CompressorData(Record):
     efficiency_curvature: Number
     efficiency_slope: Number
     efficiency_beta_curvature: Number
+    surge_coordinate: Annotated[float, Unit("-"), Field(lt=0)]
+    choke_coordinate: Annotated[float, Unit("-"), Field(gt=0)]
+    slowest_line: Positive
+    fastest_line: Positive
 
 
 class CombustorData(Record):
-    """Combustor: fuel, combustion efficiency and its fall with pressure, pressure loss."""
+    """Combustor: fuel, combustion efficiency and its fall with loading, pressure loss."""
 
     heating_value: Annotated[float, Unit("J/kg"), Field(gt=0)]
     efficiency: Annotated[float, Unit("-"), Field(ge=0.5, lt=1)]
@@ -94,6 +98,18 @@ class ExhaustData(Record):
     pressure_loss: Fraction
 
 
+class InstallationData(Record):
+    """What an aircraft puts before and behind the engine of the test bed; all zero on the test bed.
+
+    Acts off-design only: the design point is the bare engine's. Pressure losses are fractions of total pressure; the
+    back pressure is the excess of the static pressure at the exhaust over ambient, as a fraction of it.
+    """
+
+    intake_pressure_loss: Fraction
+    intake_temperature_rise: Annotated[float, Unit("K"), Field(ge=0, le=50)]
+    exhaust_back_pressure: Fraction
+
+
 class RatingsData(Record):
     """Limits of the engine itself."""
 
@@ -124,6 +140,7 @@ class EngineData(Record):
     gas_generator_turbine: GasGeneratorTurbineData
     power_turbine: PowerTurbineData
     exhaust: ExhaustData
+    installation: InstallationData
     ratings: RatingsData
     calibration: CalibrationData | None = None
     variants: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)

@@ -1,24 +1,49 @@
-"""Sizing: the constants of the gas path from the engine's design point, station by station.
+"""Sizing: the constants of the gas path from the engine's design point, as a residual system of its own.
 
 Power, consumption, air flow and pressure ratio are given; the heat balance then fixes every temperature, the
 gas-generator's shaft balance its turbine's expansion, and what is left of the pressure the power turbine's efficiency.
+The parameters of the system are the numbers of the data file, so that every sized constant has exact derivatives with
+respect to each of them: :func:`design_sensitivities`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
 
-from scipy.optimize import brentq
+import casadi as ca
 
 from vrsopt.atmosphere import SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE
 from vrsopt.errors import InputError
+from vrsopt.quantity import Record
+from vrsopt.residual import Named, ResidualSystem, Solution, Unknown
 from vrsopt.turboshaft.data import EngineData
 from vrsopt.turboshaft.gas import enthalpy, entropy_function, fuel_enthalpy, gas_constant
+from vrsopt.turboshaft.maps import combustor_loading
 
 COLDEST, HOTTEST = 150.0, 2200.0  # K, where temperatures are looked for
 SPEED_UNIT = 3.6e6  # J per kWh
+LEAST_EXPANSION = 1.05  # of the power turbine
+TURBINE_EFFICIENCIES = (0.5, 0.95)  # of the power turbine
+# The residual of the gas path at the design point is that of the sizing: a thousand times smaller than elsewhere.
+STRICT = 1e-3
+
+# Numbers of the data file that the sizing depends on, component by component, with the start of their units.
+SIZED_BY = {
+    "design_point": ("power", "sfc", "air_flow", "pressure_ratio"),
+    "intake": ("pressure_loss",),
+    "compressor": ("efficiency",),
+    "combustor": ("heating_value", "efficiency", "pressure_loss"),
+    "gas_generator_turbine": ("efficiency", "cooling_fraction", "mechanical_efficiency", "accessory_power"),
+    "power_turbine": ("mechanical_efficiency", "duct_pressure_loss"),
+    "exhaust": ("pressure_loss",),
+}
+UNITS = {"power": "W", "sfc": "kg/kWh", "air_flow": "kg/s", "heating_value": "J/kg", "accessory_power": "W"}
+# In the order in which each follows from those before it.
+TEMPERATURES = ("t3_ideal", "t3", "t4", "t45_uncooled", "t45_ideal", "t45", "t5_ideal", "t5")
 
 
 @dataclass(frozen=True)
@@ -44,101 +69,170 @@ class DesignPoint:
     t45: float
     t5: float
     gas_generator_drop: float  # isentropic enthalpy drop of the gas-generator turbine
+    gas_generator_expansion: float  # its pressure ratio
     power_turbine_drop: float  # isentropic enthalpy drop of the power turbine
+    power_turbine_expansion: float  # its pressure ratio
     power_turbine_efficiency: float
     expansion: float  # y0: T5 ideal = T45 exp(-y0^2)
+    combustor_loading: float  # see :func:`vrsopt.turboshaft.maps.combustor_loading`
     combustor_parameter: float  # W^2 R T/P^2 at the combustor inlet
-    gas_generator_constant: float  # W sqrt(R T)/P of the choked gas-generator turbine
+    gas_generator_constant: float  # W^2 R T/P^2 at the inlet of the gas-generator turbine
     duct_parameter: float  # W^2 R T/P^2 of the duct between the turbines
-    power_turbine_constant: float  # W sqrt(R T)/P of the choked power turbine
+    power_turbine_constant: float  # W^2 R T/P^2 at the inlet of the power turbine
     exhaust_constant: float  # exhaust loss over W^2 R T/P^2
-
-
-def _temperature(function: Callable[[float], float], value: float, what: str, engine: str) -> float:
-    if not function(COLDEST) < value < function(HOTTEST):
-        raise InputError(
-            f"{engine}: design_point: no {what} between {COLDEST:.0f} and {HOTTEST:.0f} K closes the balance"
-        )
-    return float(brentq(lambda t: function(t) - value, COLDEST, HOTTEST, xtol=1e-12, rtol=1e-14, maxiter=200))
 
 
 def design_point(engine: EngineData) -> DesignPoint:
     """Size the gas path of ``engine``; raises :class:`InputError` when its design point can not be closed."""
-    given, ggt, pt = engine.design_point, engine.gas_generator_turbine, engine.power_turbine
-    name = engine.name
-    air, fuel = given.air_flow, given.sfc * given.power / SPEED_UNIT
-    ambient, t2 = SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE
-    p2 = ambient * (1.0 - engine.intake.pressure_loss)
-    p3 = p2 * given.pressure_ratio
+    found = _solved(engine).outputs
+    return DesignPoint(**{field.name: found[field.name] for field in fields(DesignPoint)})
 
-    t3_ideal = _temperature(
-        entropy_function, entropy_function(t2) + gas_constant() * math.log(given.pressure_ratio), "T3", name
+
+def design_sensitivities(engine: EngineData) -> dict[str, dict[str, float]]:
+    """Exact d(sized constant)/d(number of the data file): ``result["t45"]["design_point.sfc"]`` in K per (kg/kWh).
+
+    The numbers that size the gas path (:data:`SIZED_BY`); the others have no part in it. Raises as
+    :func:`design_point`.
+    """
+    return sizing().sensitivities(_solved(engine))
+
+
+@lru_cache(maxsize=1)
+def sizing() -> ResidualSystem:
+    """The sizing of any engine: 8 temperatures along the gas path, parameters "component.number" of the data file."""
+    names = [f"{component}.{number}" for component, numbers in SIZED_BY.items() for number in numbers]
+    x, p = ca.SX.sym("x", len(TEMPERATURES)), ca.SX.sym("p", len(names))
+    values = dict(zip(names, ca.vertsplit(p), strict=True))
+    given = SimpleNamespace(
+        **{part: SimpleNamespace(**{n: values[f"{part}.{n}"] for n in numbers}) for part, numbers in SIZED_BY.items()}
     )
-    work = (enthalpy(t3_ideal) - enthalpy(t2)) / engine.compressor.efficiency
+    residuals, outputs = _balances(given, SimpleNamespace(**dict(zip(TEMPERATURES, ca.vertsplit(x), strict=True))))
+    return ResidualSystem(
+        name="design point",
+        unknowns=tuple(Unknown(name, "K", scale=1000.0, lower=COLDEST, upper=HOTTEST) for name in TEMPERATURES),
+        parameters=tuple(Named(name, UNITS.get(name.split(".")[1], "-")) for name in names),
+        residuals=tuple(Named(name, scale=STRICT) for name in residuals),
+        outputs=tuple(Named(name) for name in outputs),
+        x=x,
+        p=p,
+        r=ca.vertcat(*residuals.values()),
+        y=ca.vertcat(*outputs.values()),
+        guess=_constant_heat_capacities,
+    )
+
+
+def _balances(given: Any, t: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Scaled residuals in the order of TEMPERATURES and outputs by name."""
+    ggt, pt, point = given.gas_generator_turbine, given.power_turbine, given.design_point
+    air, fuel = point.air_flow, point.sfc * point.power / SPEED_UNIT
+    t2, p2 = SEA_LEVEL_TEMPERATURE, SEA_LEVEL_PRESSURE * (1.0 - given.intake.pressure_loss)
+    p3 = p2 * point.pressure_ratio
+    work = (enthalpy(t.t3_ideal) - enthalpy(t2)) / given.compressor.efficiency
     h3 = enthalpy(t2) + work
-    t3 = _temperature(enthalpy, h3, "T3", name)
 
     burnt = air * (1.0 - ggt.cooling_fraction)
-    f4 = fuel / burnt
-    heat = h3 + f4 * engine.combustor.efficiency * engine.combustor.heating_value
-    t4 = _temperature(lambda t: enthalpy(t) + f4 * fuel_enthalpy(t), heat, "T4", name)
-    p4 = p3 * (1.0 - engine.combustor.pressure_loss)
+    f4, f45 = fuel / burnt, fuel / air
+    heat = f4 * given.combustor.efficiency * given.combustor.heating_value
+    p4, w4, w45 = p3 * (1.0 - given.combustor.pressure_loss), burnt + fuel, air + fuel
+    work_gg = (air * work / ggt.mechanical_efficiency + ggt.accessory_power) / w4
+    drop_gg, h4 = work_gg / ggt.efficiency, enthalpy(t.t4, f4)
+    ratio_gg = ca.exp((entropy_function(t.t4, f4) - entropy_function(t.t45_ideal, f4)) / gas_constant(f4))
 
-    w4 = burnt + fuel
-    shaft = air * work / ggt.mechanical_efficiency + ggt.accessory_power
-    h4 = enthalpy(t4, f4)
-    drop = shaft / w4 / ggt.efficiency
-    t45_uncooled = _temperature(lambda t: enthalpy(t, f4), h4 - shaft / w4, "T45", name)
-    t45_ideal = _temperature(lambda t: enthalpy(t, f4), h4 - drop, "T45", name)
-    ratio_gg = math.exp((entropy_function(t4, f4) - entropy_function(t45_ideal, f4)) / gas_constant(f4))
     p45_uncooled = p4 / ratio_gg
+    h45 = (w4 * enthalpy(t.t45_uncooled, f4) + (air - burnt) * h3) / w45
+    p45, p5 = p45_uncooled * (1.0 - pt.duct_pressure_loss), SEA_LEVEL_PRESSURE * (1.0 + given.exhaust.pressure_loss)
+    drop_pt, work_pt = h45 - enthalpy(t.t5_ideal, f45), point.power / pt.mechanical_efficiency / w45
+    rise = entropy_function(t.t3_ideal) - entropy_function(t2)
+    fall = entropy_function(t.t45, f45) - entropy_function(t.t5_ideal, f45)
+    size = enthalpy(1000.0)
+    residuals = {
+        "t3_ideal": rise / gas_constant() - ca.log(point.pressure_ratio),
+        "t3": (enthalpy(t.t3) - h3) / size,
+        "t4": (enthalpy(t.t4) + f4 * fuel_enthalpy(t.t4) - h3 - heat) / size,
+        "t45_uncooled": (h4 - enthalpy(t.t45_uncooled, f4) - work_gg) / size,
+        "t45_ideal": (h4 - enthalpy(t.t45_ideal, f4) - drop_gg) / size,
+        "t45": (enthalpy(t.t45, f45) - h45) / size,
+        "t5_ideal": fall / gas_constant(f45) - ca.log(p45 / p5),
+        "t5": (h45 - enthalpy(t.t5, f45) - work_pt) / size,
+    }
+    gas3, gas4, gas45 = gas_constant(), gas_constant(f4), gas_constant(f45)
+    outputs = {
+        "power": point.power,
+        "air_flow": air,
+        "corrected_air_flow": air * SEA_LEVEL_PRESSURE / p2,
+        "fuel_flow": fuel,
+        "pressure_ratio": point.pressure_ratio,
+        "compressor_exit_pressure": p3,
+        "compressor_work": work,
+        **vars(t),
+        "gas_generator_drop": drop_gg,
+        "gas_generator_expansion": ratio_gg,
+        "power_turbine_drop": drop_pt,
+        "power_turbine_expansion": p45 / p5,
+        "power_turbine_efficiency": work_pt / drop_pt,
+        "expansion": ca.sqrt(ca.log(t.t45 / t.t5_ideal)),
+        "combustor_loading": combustor_loading(burnt, p3, t.t3),
+        "combustor_parameter": (burnt / p3) ** 2 * gas3 * t.t3,
+        "gas_generator_constant": (w4 / p4) ** 2 * gas4 * t.t4,
+        "duct_parameter": (w45 / p45_uncooled) ** 2 * gas45 * t.t45,
+        "power_turbine_constant": (w45 / p45) ** 2 * gas45 * t.t45,
+        "exhaust_constant": given.exhaust.pressure_loss / ((w45 / p5) ** 2 * gas45 * t.t5),
+    }
+    return residuals, outputs
 
-    w45, f45 = air + fuel, fuel / air
-    h45 = (w4 * enthalpy(t45_uncooled, f4) + (air - burnt) * h3) / w45
-    t45 = _temperature(lambda t: enthalpy(t, f45), h45, "T45", name)
-    p45 = p45_uncooled * (1.0 - pt.duct_pressure_loss)
 
-    p5 = ambient * (1.0 + engine.exhaust.pressure_loss)
-    ratio_pt = p45 / p5
-    if ratio_pt <= 1.05:
-        raise InputError(f"{name}: design_point: power-turbine expansion {ratio_pt:.3f}: more than 1.05 needed")
-    entropy5 = entropy_function(t45, f45) - gas_constant(f45) * math.log(ratio_pt)
-    t5_ideal = _temperature(lambda t: entropy_function(t, f45), entropy5, "T5", name)
-    pt_drop = h45 - enthalpy(t5_ideal, f45)
-    pt_work = given.power / pt.mechanical_efficiency / w45
-    t5 = _temperature(lambda t: enthalpy(t, f45), h45 - pt_work, "T5", name)
-    if not 0.5 < pt_work / pt_drop < 0.95:
-        raise InputError(
-            f"{name}: design_point: needs a power-turbine efficiency of {pt_work / pt_drop:.3f}: 0.5 to 0.95 allowed"
+def _constant_heat_capacities(given: Mapping[str, float]) -> dict[str, float]:
+    """The same balances with constant heat capacities: a start for any engine, kept inside the bounds."""
+    cold, hot, exponent = 1010.0, 1170.0, 0.245  # J/(kg K) of air and gas, R/cp of gas
+    air, fuel = given["design_point.air_flow"], given["design_point.sfc"] * given["design_point.power"] / SPEED_UNIT
+    ratio, t2 = given["design_point.pressure_ratio"], SEA_LEVEL_TEMPERATURE
+    t = {"t3_ideal": t2 * ratio**0.284}
+    t["t3"] = t2 + (t["t3_ideal"] - t2) / given["compressor.efficiency"]
+    t["t4"] = t["t3"] + fuel / air * given["combustor.heating_value"] / hot
+    fall = (t["t3"] - t2) * cold / hot
+    t["t45_uncooled"] = t["t45"] = t["t4"] - fall
+    t["t45_ideal"] = t["t4"] - fall / given["gas_generator_turbine.efficiency"]
+    t = {name: min(max(value, COLDEST), HOTTEST) for name, value in t.items()}
+    left = 0.9 * ratio * (t["t45_ideal"] / t["t4"]) ** (1.0 / exponent)
+    t["t5_ideal"] = t["t45"] * left**-exponent
+    t["t5"] = t["t45"] - given["design_point.power"] / air / hot
+    return {name: min(max(value, COLDEST), HOTTEST) for name, value in t.items()}
+
+
+def _solved(engine: EngineData) -> Solution:
+    """The solved sizing; raises :class:`InputError` in the words of the data file."""
+    system = sizing()
+    given: dict[str, float] = {}
+    for component, numbers in SIZED_BY.items():
+        part: Record = getattr(engine, component)
+        given |= {f"{component}.{number}": getattr(part, number) for number in numbers}
+    solution = system.solve(given, method="newton")
+    where = f"{engine.name}: design_point"
+    open_at = None if solution.success else _first_open(system, given)
+    ratio, efficiency = (solution.outputs[f"power_turbine_{name}"] for name in ("expansion", "efficiency"))
+    if open_at in (None, "t5_ideal", "t5") and not ratio > LEAST_EXPANSION:
+        raise InputError(f"{where}: power-turbine expansion {ratio:.3f}: more than {LEAST_EXPANSION} needed")
+    if open_at is not None:
+        station = open_at.split("_")[0].upper()
+        raise InputError(f"{where}: no {station} between {COLDEST:.0f} and {HOTTEST:.0f} K closes the balance")
+    low, high = TURBINE_EFFICIENCIES
+    if not low < efficiency < high:
+        raise InputError(f"{where}: needs a power-turbine efficiency of {efficiency:.3f}: {low} to {high} allowed")
+    return solution
+
+
+def _first_open(system: ResidualSystem, given: Mapping[str, float]) -> str:
+    """The first temperature along the gas path without a solution: none depends on those after it."""
+    for count in range(1, len(TEMPERATURES)):
+        part = replace(
+            system,
+            unknowns=system.unknowns[:count],
+            residuals=system.residuals[:count],
+            outputs=(),
+            x=system.x[:count],
+            r=system.r[:count],
+            y=ca.SX(0, 1),
         )
-    return DesignPoint(
-        power=given.power,
-        air_flow=air,
-        corrected_air_flow=air * SEA_LEVEL_PRESSURE / p2,
-        fuel_flow=fuel,
-        pressure_ratio=given.pressure_ratio,
-        compressor_exit_pressure=p3,
-        compressor_work=work,
-        t3_ideal=t3_ideal,
-        t3=t3,
-        t4=t4,
-        t45_ideal=t45_ideal,
-        t45_uncooled=t45_uncooled,
-        t45=t45,
-        t5=t5,
-        gas_generator_drop=drop,
-        power_turbine_drop=pt_drop,
-        power_turbine_efficiency=pt_work / pt_drop,
-        expansion=math.sqrt(math.log(t45 / t5_ideal)),
-        combustor_parameter=(burnt / p3) ** 2 * gas_constant() * t3,
-        gas_generator_constant=w4
-        * math.sqrt(gas_constant(f4) * t4)
-        / p4
-        / math.sqrt(1.0 - ratio_gg**-ggt.flow_exponent),
-        duct_parameter=(w45 / p45_uncooled) ** 2 * gas_constant(f45) * t45,
-        power_turbine_constant=w45
-        * math.sqrt(gas_constant(f45) * t45)
-        / p45
-        / math.sqrt(1.0 - ratio_pt**-pt.flow_exponent),
-        exhaust_constant=engine.exhaust.pressure_loss / ((w45 / p5) ** 2 * gas_constant(f45) * t5),
-    )
+        if not part.solve(given, method="newton").success:
+            return TEMPERATURES[count - 1]
+    return TEMPERATURES[-1]

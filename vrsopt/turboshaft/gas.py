@@ -1,14 +1,15 @@
 """Thermal properties of humid air and of the products of lean kerosene combustion.
 
 Complete combustion is exactly linear in the fuel-air ratio, so a mass-specific property is a sum over three gases: dry
-air, water vapour, and "theoretical products minus oxygen" of the fuel, X = (Xa + w Xw + f Xth) / (1 + w + f). Humidity w
-and fuel-air ratio f are per kg of DRY air. All three are degree-7 polynomials of temperature, valid 220..1800 K, fitted
-to NASA seven-coefficient polynomials as GRI-Mech 3.0 publishes them (largest error 0.06 K of enthalpy or entropy; for
-pure vapour 0.05 K).
+air, water vapour, and "theoretical products minus oxygen" of the fuel, X = (Xa + w Xw + f Xth) / (1 + w + f), with
+humidity w and fuel-air ratio f per kg of DRY air. All three are degree-7 polynomials of temperature, valid 220..1800 K,
+fitted to NASA seven-coefficient polynomials as GRI-Mech 3.0 publishes them (largest error 0.06 K of enthalpy or
+entropy; for pure vapour 0.05 K).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
@@ -51,28 +52,29 @@ def _entropy(a: tuple[float, ...], temperature: Any) -> Any:
     return a[0] * _log(temperature) + _horner(integral, temperature / 1000.0)
 
 
-def _mixed(air: Any, vapour: Any, fuel: Any, fuel_air_ratio: Any, humidity: Any) -> Any:
+def _mixed(parts: Sequence[Any], fuel_air_ratio: Any, humidity: Any) -> Any:
+    air, vapour, fuel = parts
     return (air + humidity * vapour + fuel_air_ratio * fuel) / (1.0 + humidity + fuel_air_ratio)
 
 
 def heat_capacity(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Heat capacity at constant pressure [J/(kg K)] at temperature [K]; floats, arrays or CasADi expressions."""
-    return _mixed(*(_heat(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
+    return _mixed([_heat(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)], fuel_air_ratio, humidity)
 
 
 def enthalpy(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Sensible enthalpy [J/kg] above 298.15 K."""
-    return _mixed(*(_enthalpy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
+    return _mixed([_enthalpy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)], fuel_air_ratio, humidity)
 
 
 def entropy_function(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Integral of cp/T [J/(kg K)]: an isentropic change has d(phi) = R d(ln P)."""
-    return _mixed(*(_entropy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)), fuel_air_ratio, humidity)
+    return _mixed([_entropy(a, temperature) for a in (_AIR, _VAPOUR, _FUEL)], fuel_air_ratio, humidity)
 
 
 def gas_constant(fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:
     """Gas constant [J/(kg K)]."""
-    return _mixed(AIR_CONSTANT, VAPOUR_CONSTANT, FUEL_CONSTANT, fuel_air_ratio, humidity)
+    return _mixed((AIR_CONSTANT, VAPOUR_CONSTANT, FUEL_CONSTANT), fuel_air_ratio, humidity)
 
 
 def heat_capacity_ratio(temperature: Any, fuel_air_ratio: Any = 0.0, humidity: Any = 0.0) -> Any:

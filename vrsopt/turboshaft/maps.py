@@ -1,23 +1,57 @@
 """Component maps: smooth analytic shapes that extrapolate safely, scaled through the design point.
 
 All functions take floats or CasADi expressions. Tables are avoided on purpose: their kinks cost Newton steps, and their
-edges cost convergence.
+edges cost convergence. Who wants a table nevertheless passes other functions in a :class:`ComponentMaps`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from vrsopt.turboshaft.data import CombustorData, CompressorData
+from vrsopt.turboshaft.data import CombustorData, CompressorData, GasGeneratorTurbineData, PowerTurbineData
+
+TurbineData = GasGeneratorTurbineData | PowerTurbineData
+
+# Exponents of the combustor loading W / (P^1.8 exp(T/300 K) V): Walsh & Fletcher, Gas Turbine Performance (2004), 5.10
+LOADING_PRESSURE = 1.8
+LOADING_TEMPERATURE = 300.0  # K
+
+
+@dataclass(frozen=True)
+class TurbineState:
+    """Where a turbine works; all but the two expansion ratios are over their values at the design point."""
+
+    speed: Any  # of the shaft
+    corrected_speed: Any  # speed / sqrt(R T) at the inlet
+    spouting: Any  # root of the isentropic enthalpy drop: the spouting velocity
+    expansion_ratio: Any  # inlet over exit pressure
+    design_expansion_ratio: float
+
+
+@dataclass(frozen=True)
+class ComponentMaps:
+    """The maps of a gas path as functions; the default are the analytic shapes of this module.
+
+    ``compressor(data, speed, beta, pressure_ratio=)``: see :func:`compressor_map`. ``gas_generator_turbine`` and
+    ``power_turbine(data, state)``: see :func:`turbine_map`. Each must return its design values at the design point
+    (speeds 1, beta 0). ``symbols``: ``ca.MX`` where a function holds tables (interpolants), which SX can not.
+    """
+
+    compressor: Callable[..., tuple[Any, Any, Any]]
+    gas_generator_turbine: Callable[[Any, TurbineState], tuple[Any, Any]]
+    power_turbine: Callable[[Any, TurbineState], tuple[Any, Any]]
+    symbols: Any = ca.SX
 
 
 def compressor_map(data: CompressorData, speed: Any, beta: Any, *, pressure_ratio: float) -> tuple[Any, Any, Any]:
     """Corrected flow relative to the design point, pressure ratio and efficiency of the compressor.
 
-    ``speed`` is the corrected speed, 1 at the design point; ``beta`` the map coordinate along a speed line: -1 about
-    surge, 0 the line of the design point, positive towards choke, where speed lines turn vertical.
+    ``speed`` is the corrected speed, 1 at the design point; ``beta`` the map coordinate along a speed line: 0 the line
+    of the design point, negative towards surge, positive towards choke, where speed lines turn vertical.
     ``pressure_ratio`` is the design point's.
     """
     spread = data.flow_spread * speed ** (-data.flow_spread_exponent)
@@ -30,25 +64,46 @@ def compressor_map(data: CompressorData, speed: Any, beta: Any, *, pressure_rati
     return flow, 1.0 + (pressure_ratio - 1.0) * rise, efficiency
 
 
-def combustion_efficiency(data: CombustorData, pressure_ratio_to_design: Any) -> Any:
-    """Combustion efficiency over P3/P3 of the design point, after the CO and HC that FOCA gives at part power.
+def turbine_map(data: TurbineData, state: TurbineState) -> tuple[Any, Any]:
+    """Square of the flow function W sqrt(R T)/P, and work per kg (efficiency times isentropic drop), of a turbine, both
+    over their values at the design point. Squared, because the root is singular at an expansion ratio of one."""
+    flow = swallowing(state.expansion_ratio, data.flow_exponent) / swallowing(
+        state.design_expansion_ratio, data.flow_exponent
+    )
+    return flow, turbine_work(data.speed_curvature, state.speed, state.spouting)
 
-    The loss grows as exp(-slope L + curvature L^2), L = ln(P3/P3d), and saturates at ``loss_ceiling``. With slope and
+
+ANALYTIC = ComponentMaps(compressor_map, turbine_map, turbine_map)
+
+
+def surge_margin(
+    maps: ComponentMaps, data: CompressorData, speed: Any, *, at: tuple[Any, Any], pressure_ratio: float
+) -> Any:
+    """How far the point ``at`` (flow relative to the design point, pressure ratio) is from surge at its corrected
+    speed: pressure ratio over flow on the surge line over that at the point, less one (Walsh & Fletcher 2004, 5.2).
+
+    The surge line is where the map coordinate is ``data.surge_coordinate``; at or beyond it the margin is not positive.
+    """
+    flow, ratio, _ = maps.compressor(data, speed, data.surge_coordinate, pressure_ratio=pressure_ratio)
+    return ratio / flow * at[0] / at[1] - 1.0
+
+
+def combustion_efficiency(data: CombustorData, loading: Any) -> Any:
+    """Combustion efficiency over the combustor loading relative to the design point's (:func:`combustor_loading`).
+
+    The loss grows as exp(slope L + curvature L^2), L = ln(loading), and saturates at ``loss_ceiling``. With slope and
     curvature zero the efficiency is constant.
     """
     design_loss, ceiling = 1.0 - data.efficiency, data.loss_ceiling
-    log_ratio = ca.log(pressure_ratio_to_design)
-    growth = ca.exp(-data.loss_slope * log_ratio + data.loss_curvature * log_ratio**2)
+    log_loading = ca.log(loading)
+    growth = ca.exp(data.loss_slope * log_loading + data.loss_curvature * log_loading**2)
     return 1.0 - design_loss * growth * (1.0 + design_loss / ceiling) / (1.0 + design_loss * growth / ceiling)
 
 
-def turbine_efficiency(design_efficiency: Any, curvature: float, speed: Any, isentropic_work_ratio: Any) -> Any:
-    """Turbine efficiency over the velocity ratio U/C0: highest at the design point's.
-
-    ``isentropic_work_ratio`` is the isentropic enthalpy drop over the design point's.
-    """
-    velocity_ratio = speed / ca.sqrt(isentropic_work_ratio)
-    return design_efficiency * (1.0 - curvature * (velocity_ratio - 1.0) ** 2)
+def combustor_loading(air_flow: Any, pressure: Any, temperature: Any) -> Any:
+    """Loading of a combustor of unit volume: air flow over what its reactions could take, both growing with pressure
+    and inlet temperature. Lean-light altitude and hot days act through it; SI units, to be used as a ratio."""
+    return air_flow / (pressure**LOADING_PRESSURE * ca.exp(temperature / LOADING_TEMPERATURE))
 
 
 def turbine_work(curvature: float, speed: Any, spouting_velocity: Any) -> Any:
@@ -60,8 +115,5 @@ def turbine_work(curvature: float, speed: Any, spouting_velocity: Any) -> Any:
 
 
 def swallowing(expansion_ratio: Any, exponent: float) -> Any:
-    """Square of the flow function of a turbine up to a constant: 1 - ratio^-exponent (an ellipse that chokes).
-
-    Squared, because the root is singular at an expansion ratio of one.
-    """
+    """Square of the flow function of a turbine up to a constant: 1 - ratio^-exponent (an ellipse that chokes)."""
     return 1.0 - expansion_ratio ** (-exponent)
