@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -28,11 +29,20 @@ class ManySolutions:
     failures: dict[int, str]
 
 
+Start = Callable[[np.ndarray], np.ndarray]  # parameters (N, n_p) -> scaled unknowns (N, n) to begin with
+
+
 @dataclass(frozen=True, eq=False)
 class BulkSolver:
-    """A residual system compiled for many points: Newton from the system's one start, every point checked."""
+    """A residual system compiled for many points, every point checked: Newton, then IPOPT for what is left.
+
+    Newton begins at each of ``starts`` in turn, for the points that are not solved yet; by default once, at the
+    system's one start. ``chunk``: points per compiled call.
+    """
 
     system: ResidualSystem
+    starts: tuple[Start, ...] = ()
+    chunk: int = CHUNK
 
     @cached_property
     def _function(self) -> ca.Function:
@@ -41,25 +51,24 @@ class BulkSolver:
         options = {"abstol": TOLERANCE / 100, "max_iter": 60, "error_on_fail": False, "show_eval_warnings": False}
         root = ca.rootfinder("root", "fast_newton", residual, options)
         check = ca.Function("check", [z, p], [y, z, ca.mmax(ca.fabs(r))])
-        point = ca.MX.sym("p", len(self.system.parameters))
-        start = ca.DM([unknown.start / unknown.scale for unknown in self.system.unknowns])
-        return ca.Function("point", [point], list(check(root(start, point), point))).map(CHUNK)
+        start, point = ca.MX.sym("z0", z.numel()), ca.MX.sym("p", p.numel())
+        solved = check(root(start, point), point)
+        return ca.Function("point", [start, point], list(solved)).map(self.chunk)
 
     def solve(self, parameters: np.ndarray) -> ManySolutions:
         """Solve at every row of ``parameters`` (N, n_p); a point that Newton misses is tried once more by IPOPT.
 
         Raises :class:`InputError` for a wrong shape or a value that is not finite.
         """
-        system, count = self.system, len(self.system.parameters)
-        points = np.asarray(parameters, dtype=float)
-        if points.ndim != 2 or points.shape[1] != count:
-            raise InputError(f"{system.name}: parameters: shape {points.shape}: expected (N, {count})")
-        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        if bad.size:
-            raise InputError(f"{system.name}: parameters: row {bad[0]}: not finite")
-        outputs, scaled, norm = self._newton(points)
-        lower, upper = system.bounds
-        success = (norm < TOLERANCE) & np.all((scaled >= lower - 1e-6) & (scaled <= upper + 1e-6), axis=1)
+        system, points = self.system, self._checked(parameters)
+        outputs = np.full((len(points), len(system.outputs)), np.nan)
+        scaled = np.full((len(points), len(system.unknowns)), np.nan)
+        norm, success = np.full(len(points), np.inf), np.zeros(len(points), dtype=bool)
+        for start in self.starts or (self._one_start,):
+            left = np.flatnonzero(~success)
+            if left.size:
+                outputs[left], scaled[left], norm[left] = self._newton(points[left], start(points[left]))
+                success[left] = self._accepted(scaled[left], norm[left])
         failures = {}
         for row in np.flatnonzero(~success):
             names = (parameter.name for parameter in system.parameters)
@@ -71,15 +80,36 @@ class BulkSolver:
         named = {output.name: outputs[:, i] for i, output in enumerate(system.outputs)}
         return ManySolutions(success, named, scaled, norm, failures)
 
-    def _newton(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _checked(self, parameters: np.ndarray) -> np.ndarray:
+        system, count = self.system, len(self.system.parameters)
+        points = np.asarray(parameters, dtype=float)
+        if points.ndim != 2 or points.shape[1] != count:
+            raise InputError(f"{system.name}: parameters: shape {points.shape}: expected (N, {count})")
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+        if bad.size:
+            raise InputError(f"{system.name}: parameters: row {bad[0]}: not finite")
+        return points
+
+    def _one_start(self, points: np.ndarray) -> np.ndarray:
+        start = [unknown.start / unknown.scale for unknown in self.system.unknowns]
+        return np.broadcast_to(start, (len(points), len(start)))
+
+    def _accepted(self, scaled: np.ndarray, norm: np.ndarray) -> np.ndarray:
+        lower, upper = self.system.bounds
+        return (norm < TOLERANCE) & np.all((scaled >= lower - 1e-6) & (scaled <= upper + 1e-6), axis=1)
+
+    def _newton(self, points: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Outputs (N, n_y), scaled unknowns (N, n) and largest scaled residual (N,), chunk by chunk."""
         outputs = np.empty((len(points), len(self.system.outputs)))
         scaled = np.empty((len(points), len(self.system.unknowns)))
         norm = np.empty(len(points))
-        for first in range(0, len(points), CHUNK):
-            block = points[first : first + CHUNK]
-            rows = slice(first, first + len(block))
-            padded = np.vstack([block, np.repeat(block[-1:], CHUNK - len(block), axis=0)])
-            y, z, r = (part.full()[:, : len(block)].T for part in self._function(padded.T))
+        for first in range(0, len(points), self.chunk):
+            rows = slice(first, min(first + self.chunk, len(points)))
+            count = rows.stop - first
+            padded = [
+                np.vstack([block[rows], np.repeat(block[rows][-1:], self.chunk - count, axis=0)]).T
+                for block in (starts, points)
+            ]
+            y, z, r = (part.full()[:, :count].T for part in self._function(*padded))
             outputs[rows], scaled[rows], norm[rows] = y, z, np.where(np.isfinite(r[:, 0]), r[:, 0], np.inf)
         return outputs, scaled, norm
