@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from vrsopt.combustor.data import ReactorData
 from vrsopt.errors import InputError
@@ -110,13 +110,48 @@ class InstallationData(Record):
     exhaust_back_pressure: Fraction
 
 
+TAKE_OFF = "take_off"  # the rating that is the engine's own limits
+RatedPower = Annotated[float, Field(gt=0)]
+TemperatureRatio = Annotated[float, Field(ge=0.7, le=1.3)]  # over the inter-turbine temperature of the design point
+SpeedRatio = Annotated[float, Field(ge=0.3, le=1.3)]
+
+
+class NamedRating(Record):
+    """A rating below take-off: the engine gives the most power that every number of it allows, at least one of them.
+
+    ``power_turbine_speed`` is where the rating is used, for a user who names no other.
+    """
+
+    power: Annotated[RatedPower | None, Unit("W")] = None
+    inter_turbine_temperature_ratio: Annotated[TemperatureRatio | None, Unit("-")] = None
+    gas_generator_speed: Annotated[SpeedRatio | None, Unit("-")] = None
+    power_turbine_speed: Annotated[SpeedRatio | None, Unit("-")] = None
+
+    @model_validator(mode="after")
+    def _limits_something(self) -> NamedRating:
+        if (self.power, self.inter_turbine_temperature_ratio, self.gas_generator_speed) == (None, None, None):
+            raise ValueError("neither power, inter_turbine_temperature_ratio nor gas_generator_speed")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without the numbers that the file does not give."""
+        return {name: value for name, value in handler(self).items() if value is not None}
+
+
 class RatingsData(Record):
-    """Limits of the engine itself."""
+    """Limits of the engine itself, which make its take-off rating, and other ratings by name."""
 
     take_off_power: Annotated[float, Unit("W"), Field(gt=0)]
-    inter_turbine_temperature_ratio: Annotated[float, Unit("-"), Field(ge=0.7, le=1.3)]
-    gas_generator_speed: Annotated[float, Unit("-"), Field(ge=0.8, le=1.3)]
+    inter_turbine_temperature_ratio: Annotated[TemperatureRatio, Unit("-")]
+    gas_generator_speed: Annotated[SpeedRatio, Unit("-")]
     idle_power_ratio: Annotated[float, Unit("-"), Field(ge=0, lt=0.5)]
+    named: dict[str, NamedRating] = Field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all ratings."""
+        return (TAKE_OFF, *self.named)
 
 
 class CalibrationData(Record):
@@ -167,7 +202,8 @@ class EngineData(Record):
         for component, entries in self.variants[name].items():
             part = self._part(component)
             origins = {key: origin.model_dump(exclude_none=True) for key, origin in part.provenance.items()}
-            raw = {key: {"value": getattr(part, key), **origin} for key, origin in origins.items()}
+            raw: dict[str, Any] = {key: getattr(part, key) for key in type(part).model_fields if key != "provenance"}
+            raw |= {key: {"value": getattr(part, key), **origin} for key, origin in origins.items()}
             parts[component] = validated(type(part), {**raw, **entries}, where=f"variants.{name}.{component}")
         return self.model_copy(update=parts)
 
