@@ -14,15 +14,19 @@ Run: python problems/calibrate_engine.py
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from scipy.optimize import brentq
+import numpy as np
+from scipy.optimize import brentq, least_squares
 
 from vrsopt import foca
 from vrsopt.atmosphere import standard_air
+from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import sized
 from vrsopt.turboshaft.data import EngineData, load_engine
 from vrsopt.turboshaft.performance import engine
 
+CO_HEAT, FUEL_HEAT = 10.1e6, 43.1e6  # J/kg, of burning CO and fuel
 VARIANTS = ("flight_manual_slope", "flight_manual_level")  # each holds one number solved here
 B17F_POWER, B17F_RATIO = 0.698, 1.098  # sister engine 250-B17F: consumption at 69.8 % power over that at take-off
 
@@ -64,6 +68,28 @@ def calibrate_all(data: EngineData) -> tuple[Calibrated, Calibrated]:
         calibrate(data, "compressor", "efficiency_slope", between=(0.0, 3.0)),
         calibrate(data, "design_point", "sfc", between=(0.36, 0.41)),
     )
+
+
+def fleet_loss(power: Any) -> Any:
+    """Heat not released, as CO and unburnt fuel, over the heating value, at shaft power [W]: FOCA's fleet average."""
+    return (CO_HEAT * foca.co_index(power) + FUEL_HEAT * foca.hc_index(power)) / FUEL_HEAT
+
+
+def fit_combustion_loss(data: EngineData) -> tuple[float, float]:
+    """Slope and curvature of the combustion loss over loading for the least squares of ln(loss/fleet's loss), from
+    6.4 % of the take-off rating to all of it at sea level. The cycle takes part: loading depends on the loss."""
+    power = np.geomspace(0.064, 1.0, 40) * data.ratings.take_off_power
+    points = np.zeros((40, 8))
+    points[:, 0], points[:, 1] = power, 1.0
+    known = np.log(fleet_loss(power))
+
+    def misfit(shape: np.ndarray) -> np.ndarray:
+        engine_data = data.changed("combustor", loss_slope=float(shape[0]), loss_curvature=float(shape[1]))
+        return np.log(1.0 - solve_many(points, engine_data=engine_data).outputs["combustion_efficiency"]) - known
+
+    # a step well above what the solver leaves open, for derivatives by differences
+    slope, curvature = least_squares(misfit, [0.0, 1.0], diff_step=1e-3, xtol=1e-6).x
+    return float(slope), float(curvature)
 
 
 def sister_engine_ratio(data: EngineData) -> float:

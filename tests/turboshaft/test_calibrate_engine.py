@@ -52,6 +52,13 @@ def test_the_level_variant_brings_the_quoted_temperature_limit():
     assert sized(load_engine().variant("flight_manual_level")).t45 - 273.15 == pytest.approx(810.0, abs=5.0)
 
 
+@pytest.mark.parametrize("name", ["allison_250_c20b", "generic_500kw"])
+def test_combustion_loss_is_the_fit_of_the_fleet(name):
+    combustor = load_engine(name).combustor
+    solved = calibrate_engine.fit_combustion_loss(load_engine(name))
+    assert (combustor.loss_slope, combustor.loss_curvature) == pytest.approx(solved, abs=2e-3)
+
+
 def test_report_is_a_table():
     lines = calibrate_engine.report(load_engine())
     assert sum("variant only" in line for line in lines) == 2
