@@ -17,7 +17,8 @@ def inside(tmp_path, monkeypatch):
     """An empty folder with a mission and what else the cases name."""
     monkeypatch.chdir(tmp_path)
     Path("hop.toml").write_text(MISSION)
-    Path("garbage").write_bytes(bytes(range(256)) * 20)
+    for name in ("garbage", "garbage.toml"):
+        Path(name).write_bytes(bytes(range(256)) * 20)
     Path("empty").touch()
     Path("folder").mkdir()
     data = resources.files("vrsopt") / "data"
@@ -66,6 +67,30 @@ TRIM = ("trim", "--mass", "2200", "--speed", "30")
         (("engine", "--power-kw", "much"), "'--power-kw': 'much' is not a number"),
         (("engine", "--power-kw", "nan"), "engine: power_kw = nan: a number of at least 0"),
         (("engine", "--power-kw", "9", "--mach", "2"), "engine: mach = 2.0: a number from 0 to 0.4"),
+        (
+            ("engine",),
+            "engine: none given: exactly one of --power-kw, --gas-generator-speed-percent, --turbine-temperature-k, "
+            "--rating; see vrsopt engine --help",
+        ),
+        (
+            ("engine", "--power-kw", "200", "--rating", "take_off"),
+            "engine: --power-kw and --rating given: exactly one of",
+        ),
+        (("engine", "--rating", "best"), "best"),
+        (("engine", "--power-kw", "9", "--humidity-g-kg", "-1"), "engine: humidity_g_kg = -1: a number from 0 to "),
+        (("engine", "--power-kw", "9", "--bleed-percent", "90"), "engine: bleed_percent = 90: a number from 0 to "),
+        (
+            ("engine", "--power-kw", "9", "--power-offtake-kw", "inf"),
+            "engine: power_offtake_kw = inf: a number of at l",
+        ),
+        (("engine", "--gas-generator-speed-percent", "5"), "engine: gas_generator_speed_percent = 5: a number from "),
+        (("engine", "--turbine-temperature-k", "20"), "engine: turbine_temperature_k = 20: a number from "),
+        (("engine", "--power-kw", "9", "--engine", "nosuch"), "engine = 'nosuch': neither a shipped engine nor a path"),
+        (("engine", "--power-kw", "9", "--engine", "nosuch.toml"), "nosuch.toml: no such file"),
+        (("engine", "--power-kw", "9", "--engine", "bo105"), "engine = 'bo105': not an engine file"),
+        (("engine", "--power-kw", "9", "--engine", "garbage.toml"), "garbage.toml: "),
+        ((*TRIM, "--engines-operating", "3"), "trim: engines_operating = 3: a whole number from 1 to 2"),
+        ((*TRIM, "--engines-operating", "one"), "'--engines-operating': 'one' is not a whole number"),
         (
             ("engine", "--power-kw", "9", "--power-turbine-speed-percent", "0"),
             "engine: power_turbine_speed_percent = 0: a number from 40 to 140",

@@ -21,7 +21,8 @@ from vrsopt.helicopter import MODEL_VERSION
 
 TRIM_KEYS = (
     "success status message residual_norm main_rotor_power_w tail_rotor_power_w shaft_power_per_engine_w "
-    "fuel_flow_kg_s co2_kg_s collective_deg lateral_cyclic_deg longitudinal_cyclic_deg tail_collective_deg "
+    "engines_operating fuel_flow_kg_s nox_kg_s co2_kg_s co_kg_s nox_range_kg_s nox_index_g_kg co_index_g_kg "
+    "co2_index_g_kg collective_deg lateral_cyclic_deg longitudinal_cyclic_deg tail_collective_deg "
     "pitch_deg roll_deg gas_generator_speed_percent turbine_inlet_temperature_k blade_loading "
     "figure_of_merit feasible reason induced_power_w profile_power_w parasite_power_w climb_power_w "
     "margin_blade_loading_percent margin_engine_power_percent margin_torque_percent "
@@ -31,7 +32,8 @@ TRIM_KEYS = (
 ).split()
 ENGINE_KEYS = (
     "success power_w fuel_flow_kg_s sfc_kg_kwh gas_generator_speed_percent power_turbine_speed_percent "
-    "turbine_inlet_temperature_k power_turbine_inlet_temperature_k pressure_ratio air_flow_kg_s co2_kg_s"
+    "turbine_inlet_temperature_k power_turbine_inlet_temperature_k pressure_ratio air_flow_kg_s nox_kg_s co2_kg_s "
+    "co_kg_s nox_range_kg_s nox_index_g_kg co_index_g_kg surge_margin_percent combustion_efficiency inside_map"
 ).split()
 FIT_KEYS = ("pearson_percent slope_deg bias_percent mean_abs_error_percent rms_error_percent std_error_percent").split()
 MISSION = Path(__file__).with_name("hop.toml").read_text()
@@ -87,6 +89,10 @@ def test_trim_prints_the_point_of_the_verb(capsys):
     assert figures["collective_deg"] == pytest.approx(math.degrees(point.collective), rel=1e-9)
     assert figures["gas_generator_speed_percent"] == pytest.approx(100 * point.gas_generator_speed, rel=1e-9)
     assert (figures["success"], figures["status"], figures["feasible"]) == (True, "converged", True)
+    for name in ("nox", "co", "co2"):
+        assert figures[f"{name}_kg_s"] == pytest.approx(getattr(point, name), rel=1e-9)
+        assert figures[f"{name}_index_g_kg"] == pytest.approx(1e3 * getattr(point, f"{name}_index"), rel=1e-9)
+    assert figures["nox_range_kg_s"] == pytest.approx(point.nox_range, rel=1e-9)
     for name in ("induced", "profile", "parasite", "climb"):
         assert figures[f"{name}_power_w"] == pytest.approx(point.powers[name], rel=1e-9)
     for name, margin in point.margins.items():
@@ -147,17 +153,71 @@ def test_point_without_trim(capsys):
     assert code == 3
     assert list(figures) == TRIM_KEYS
     assert (figures["success"], figures["feasible"], figures["fuel_flow_kg_s"]) == (False, False, None)
+    assert (figures["nox_kg_s"], figures["nox_range_kg_s"]) == (None, [None, None])
     assert figures["found_by"] is figures["induced_power_w"] is figures["margin_torque_percent"] is None
     assert err.count("\n") == 1
     assert "no solution at 2200 kg, 30 m/s, 2000 m, rotor speed 60 %: blade loading 0.2" in err
 
 
 def test_engine_prints_the_result_of_the_verb(capsys):
-    words = ("engine", "--power-kw", 200, "--power-turbine-speed-percent", 95, "--altitude", 500)
-    figures = run_json(capsys, *words, "--isa-offset", 10, "--mach", 0.1)
-    result = vrsopt.engine(200e3, power_turbine_speed=0.95, altitude=500.0, isa_offset=10.0, mach=0.1)
-    assert list(figures) == ENGINE_KEYS
+    words = ("engine", "--power-kw", 200, "--power-turbine-speed-percent", 95, "--altitude", 500, "--humidity-g-kg", 8)
+    more = ("--isa-offset", 10, "--mach", 0.1, "--bleed-percent", 2, "--power-offtake-kw", 3)
+    figures = run_json(capsys, *words, *more)
+    result = vrsopt.engine(
+        200e3,
+        power_turbine_speed=0.95,
+        altitude=500.0,
+        isa_offset=10.0,
+        mach=0.1,
+        humidity=0.008,
+        bleed_fraction=0.02,
+        power_offtake=3e3,
+    )
+    assert set(ENGINE_KEYS) <= set(figures)
+    assert not {"message", "status"} & set(figures)
     assert all(figures[key] == pytest.approx(getattr(result, key)) for key in ENGINE_KEYS)
+
+
+@pytest.mark.parametrize(
+    ("words", "demand", "key", "value"),
+    [
+        (("--gas-generator-speed-percent", 92), {"gas_generator_speed": 0.92}, "gas_generator_speed_percent", 92.0),
+        (
+            ("--turbine-temperature-k", 1050),
+            {"inter_turbine_temperature": 1050.0},
+            "power_turbine_inlet_temperature_k",
+            1050.0,
+        ),
+        (("--rating", "take_off"), {"rating": "take_off"}, "power_w", 313e3),
+    ],
+)
+def test_engine_at_other_demands(capsys, words, demand, key, value):
+    figures, result = run_json(capsys, "engine", *words), vrsopt.engine(**demand)
+    assert figures[key] == pytest.approx(value, rel=1e-4)
+    assert figures["power_w"] == pytest.approx(result.power_w, rel=1e-6)
+    assert figures["nox_kg_s"] == pytest.approx(result.nox_kg_s, rel=1e-6)
+
+
+def test_every_shipped_engine_runs_by_name_and_as_a_file(capsys, tmp_path):
+    data = {
+        path.name: path.read_text() for path in (resources.files("vrsopt") / "data").iterdir() if "toml" in path.name
+    }
+    engines = {name.removesuffix(".toml"): text for name, text in data.items() if "[design_point]" in text}
+    assert "allison_250_c20b" in engines
+    for name, text in engines.items():
+        mine = tmp_path / f"{name}.toml"
+        mine.write_text(text)
+        figures = run_json(capsys, "engine", "--engine", name, "--rating", "take_off")
+        assert figures["power_w"] > 300e3 and figures["nox_kg_s"] > 0
+        assert run_json(capsys, "engine", "--engine", mine, "--rating", "take_off") == figures
+
+
+def test_rating_brings_its_own_power_turbine_speed(capsys):
+    idle, fast = (
+        run_json(capsys, "engine", "--rating", "ground_idle", *words)
+        for words in ((), ("--power-turbine-speed-percent", 90))
+    )
+    assert idle["power_turbine_speed_percent"] < fast["power_turbine_speed_percent"] == pytest.approx(90.0)
 
 
 def test_engine_without_power_has_no_consumption_per_power(capsys):
@@ -169,6 +229,13 @@ def test_power_that_can_not_be_had(capsys):
     assert (code, json.loads(out)["success"]) == (3, False)
     assert err.startswith("vrsopt: engine: power 400.0 kW can not be had: maximum power 3")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [("--turbine-temperature-k", 1300), ("--gas-generator-speed-percent", 112)])
+def test_other_demands_that_can_not_be_had(capsys, words):
+    code, out, err = run(capsys, "engine", *words, "--json")
+    assert (code, json.loads(out)["success"]) == (3, False)
+    assert err.startswith("vrsopt: engine: ") and "can not be had: " in err and err.count("\n") == 1
 
 
 @pytest.mark.slow

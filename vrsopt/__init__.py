@@ -2,8 +2,8 @@
 
 The verbs, in the order of the work, each also a sub-command of the command line ``vrsopt``:
 
-``trim``      the aircraft with its engines at one operating point: powers, fuel flow, controls, limits
-``engine``    one engine at a demanded power
+``trim``      the aircraft with its engines at one operating point: powers, fuel flow, emissions, controls, limits
+``engine``    one engine at a demanded power, gas-generator speed, turbine temperature or rating, with its emissions
 ``sample``    the operating point at many points: a design of experiments
 ``fit``       a surrogate of a design of experiments, with its leave-one-out figures
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
@@ -19,12 +19,14 @@ SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fu
     import vrsopt
 
     point = vrsopt.trim(2200.0, 30.0, rotor_speed=40.0)
-    print(point, point.fuel_flow)
+    print(point, point.fuel_flow, point.nox)
+    print(point.derivatives()["nox"]["rotor_speed"])
     comparison = vrsopt.solve("problems/sarm.toml", schedules=("nominal", "trajectory"))
     print(comparison.summary()["schedules"]["trajectory"]["fuel_delta_percent"])
 
 Everything here loads when it is first used. What is not here has its place in a module, for instance a trajectory with
-limits and costs of one's own in ``vrsopt.schedule.trajectory``.
+limits and costs of one's own in ``vrsopt.schedule.trajectory``, the emissions of an engine at many states in
+``vrsopt.combustor.emissions``, or the exact derivatives of a point, ``OperatingPoint.derivatives``.
 """
 
 from __future__ import annotations

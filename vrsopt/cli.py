@@ -10,13 +10,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from vrsopt.console import (
     DEGREES,
-    KILO,
     NO_SOLUTION,
     PERCENT,
     broken,
@@ -24,14 +23,16 @@ from vrsopt.console import (
     check_folder,
     complain,
     converted,
+    engine_demand,
     engine_figures,
-    number,
+    engine_settings,
     point_figures,
     print_json,
+    print_version,
     run,
-    whole_number,
 )
 from vrsopt.errors import InputError
+from vrsopt.options import Altitude, AsJson, IsaOffset, count, number
 
 TRACKS = (".csv", ".gpx")
 MOST_SAMPLES, MOST_WORKERS = 1_000_000, 1024  # more do not fit into memory, or into one machine
@@ -39,40 +40,16 @@ MOST_SAMPLES, MOST_WORKERS = 1_000_000, 1024  # more do not fit into memory, or 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
 
 
-def _number(text: str, **settings: Any) -> Any:
-    return typer.Option(help=text, parser=number, metavar="NUMBER", **settings)
-
-
-def _count(text: str) -> Any:
-    return typer.Option(help=text, parser=whole_number, metavar="COUNT")
-
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output and nothing else.")]
-Altitude = Annotated[float, _number("Pressure altitude, m.")]
-IsaOffset = Annotated[float, _number("Temperature above the standard atmosphere, K.")]
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with ``arguments`` (default: those of the process); returns the exit code."""
     return run(app, sys.argv[1:] if arguments is None else arguments)
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        from vrsopt import __version__
-        from vrsopt.aircraft import data_hash, load_aircraft
-        from vrsopt.helicopter import MODEL_VERSION
-        from vrsopt.turboshaft.data import load_engine
-
-        aircraft = load_aircraft()
-        print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {data_hash(aircraft, load_engine(aircraft.engine))}")
-        raise typer.Exit()
-
-
 @app.callback()
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Version of program, model and data.")
+        bool,
+        typer.Option("--version", callback=print_version, is_eager=True, help="Version of program, model and data."),
     ] = False,
 ) -> None:
     """Rotor speed and blade twist of a helicopter, scheduled over a mission for least fuel.
@@ -83,23 +60,26 @@ def _root(
 
 @app.command()
 def trim(
-    mass: Annotated[float, _number("Gross mass, kg.")],
-    speed: Annotated[float, _number("True airspeed, m/s.")],
+    mass: Annotated[float, number("Gross mass, kg.")],
+    speed: Annotated[float, number("True airspeed, m/s.")],
     altitude: Altitude = 0.0,
-    rotor_speed_percent: Annotated[float, _number("Rotor speed, % of nominal.")] = 100.0,
+    rotor_speed_percent: Annotated[float, number("Rotor speed, % of nominal.")] = 100.0,
     twist_deg: Annotated[
-        float | None, _number("Blade twist, deg, washout positive.", show_default="the aircraft's")
+        float | None, number("Blade twist, deg, washout positive.", show_default="the aircraft's")
     ] = None,
-    climb_angle_deg: Annotated[float, _number("Flight-path angle, deg.")] = 0.0,
-    load_factor: Annotated[float, _number("Load factor of a coordinated turn.")] = 1.0,
+    climb_angle_deg: Annotated[float, number("Flight-path angle, deg.")] = 0.0,
+    load_factor: Annotated[float, number("Load factor of a coordinated turn.")] = 1.0,
     isa_offset: IsaOffset = 0.0,
     hub_height: Annotated[
-        float | None, _number("Height of the hub above the ground, m.", show_default="far away")
+        float | None, number("Height of the hub above the ground, m.", show_default="far away")
     ] = None,
     cg_shift: Annotated[
         float,
-        _number("Centre of gravity forward of the aircraft data's, m; vrsopt.balance computes it from the loads."),
+        number("Centre of gravity forward of the aircraft data's, m; vrsopt.balance computes it from the loads."),
     ] = 0.0,
+    engines_operating: Annotated[
+        int | None, count("Engines that operate; the others have failed.", show_default="all")
+    ] = None,
     aircraft: Annotated[str, typer.Option(help="Shipped aircraft or TOML file.")] = "bo105",
     out: Annotated[Path | None, typer.Option(help="Folder for figures and maps of the rotor.")] = None,
     as_json: AsJson = False,
@@ -110,8 +90,9 @@ def trim(
     the rotor over radius and azimuth, the motion of a blade, powers and margins are drawn into a folder.
 
     \b
-    Example: slow flight with the rotor at 90 %
+    Example: slow flight with the rotor at 90 %; flight with one engine failed
       vrsopt trim --mass 2200 --altitude 500 --speed 20 --rotor-speed-percent 90 --out results/slow
+      vrsopt trim --mass 2000 --speed 30 --engines-operating 1
     """
     if out is not None:
         check_folder(out)
@@ -136,6 +117,7 @@ def trim(
         isa_offset=isa_offset,
         hub_height=hub_height,
         cg_shift=cg_shift,
+        engines_operating=engines_operating,
         aircraft=data,
     )
     files: list[Path] = []
@@ -157,29 +139,47 @@ def trim(
 
 @app.command()
 def engine(
-    power_kw: Annotated[float, _number("Shaft power of the engine, kW.")],
-    power_turbine_speed_percent: Annotated[float, _number("Power-turbine speed, % of nominal.")] = 100.0,
+    power_kw: Annotated[float | None, number("Demand: shaft power of the engine, kW.")] = None,
+    gas_generator_speed_percent: Annotated[float | None, number("Demand: gas-generator speed, % of design.")] = None,
+    turbine_temperature_k: Annotated[float | None, number("Demand: temperature between the turbines, K.")] = None,
+    rating: Annotated[str | None, typer.Option(help="Demand: a rating of the engine's file, as take_off.")] = None,
+    power_turbine_speed_percent: Annotated[
+        float | None, number("Power-turbine speed, % of nominal.", show_default="100, or the rating's own")
+    ] = None,
     altitude: Altitude = 0.0,
     isa_offset: IsaOffset = 0.0,
-    mach: Annotated[float, _number("Flight Mach number.")] = 0.0,
+    mach: Annotated[float, number("Flight Mach number.")] = 0.0,
+    humidity_g_kg: Annotated[float, number("Water vapour of the air, g per kg of dry air.")] = 0.0,
+    bleed_percent: Annotated[float, number("Air bled behind the compressor, % of its flow.")] = 0.0,
+    power_offtake_kw: Annotated[float, number("Power taken from the gas generator, kW.")] = 0.0,
+    engine_file: Annotated[str, typer.Option("--engine", help="Shipped engine or TOML file.")] = "allison_250_c20b",
     as_json: AsJson = False,
 ) -> int:
-    """One engine at a demanded shaft power.
+    """One engine at one demand: shaft power, gas-generator speed, turbine temperature or a rating.
+
+    Fuel flow and emissions of one engine; unburnt hydrocarbons are not modelled.
 
     \b
-    Example: cruise power on a hot day
+    Example: cruise power on a hot day; take-off rating in humid air
       vrsopt engine --power-kw 200 --altitude 1000 --isa-offset 20
+      vrsopt engine --rating take_off --humidity-g-kg 10
     """
-    from vrsopt.turboshaft.performance import ALLOWED
+    demand = engine_demand(power_kw, gas_generator_speed_percent, turbine_temperature_k, rating)
+    from vrsopt.turboshaft.data import load_engine
     from vrsopt.turboshaft.performance import engine as solved
 
-    speed, limits = power_turbine_speed_percent, ALLOWED["power_turbine_speed"]
     result = solved(
-        converted("engine: power_kw", power_kw, per=KILO, allowed=ALLOWED["power"]),
-        power_turbine_speed=converted("engine: power_turbine_speed_percent", speed, per=PERCENT, allowed=limits),
+        **demand,
+        **engine_settings(
+            power_turbine_speed_percent=power_turbine_speed_percent,
+            humidity_g_kg=humidity_g_kg,
+            bleed_percent=bleed_percent,
+            power_offtake_kw=power_offtake_kw,
+        ),
         altitude=altitude,
         isa_offset=isa_offset,
         mach=mach,
+        engine_data=load_engine(engine_file),
     )
     if as_json:
         print_json(engine_figures(result))
@@ -193,9 +193,9 @@ def engine(
 @app.command()
 def sample(
     out: Annotated[Path, typer.Option(help="Design of experiments to write (SQLite).")],
-    samples: Annotated[int, _count("Flyable points wanted.")] = 1500,
-    seed: Annotated[int, _count("Seed of the Latin hypercube.")] = 1,
-    workers: Annotated[int, _count("Processes; the points do not depend on it.")] = 2,
+    samples: Annotated[int, count("Flyable points wanted.")] = 1500,
+    seed: Annotated[int, count("Seed of the Latin hypercube.")] = 1,
+    workers: Annotated[int, count("Processes; the points do not depend on it.")] = 2,
     resume: Annotated[bool, typer.Option("--resume", help="Continue a file that was interrupted.")] = False,
 ) -> None:
     """Sample the physics into a design of experiments.
@@ -207,9 +207,9 @@ def sample(
     Example: the shipped design once more
       vrsopt sample --samples 1500 --out doe.db --workers 2
     """
-    for name, count, most in (("samples", samples, MOST_SAMPLES), ("workers", workers, MOST_WORKERS)):
-        if count > most:
-            raise InputError(f"sample: {name} = {count}: at most {most}")
+    for name, wanted, most in (("samples", samples, MOST_SAMPLES), ("workers", workers, MOST_WORKERS)):
+        if wanted > most:
+            raise InputError(f"sample: {name} = {wanted}: at most {most}")
     check_file(out)
     from vrsopt.surrogate.design import sample as sampled
 

@@ -7,6 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,17 @@ if TYPE_CHECKING:
     from vrsopt.turboshaft.performance import EngineResult
 
 BROKEN, BAD_INPUT, NO_SOLUTION, INTERRUPTED = 1, 2, 3, 130
-PERCENT, DEGREES, KILO = 100.0, 180.0 / math.pi, 1e-3  # typed units per unit of the library
+PERCENT, DEGREES, KILO, GRAM = 100.0, 180.0 / math.pi, 1e-3, 1e3  # typed units per unit of the library
+NOT_FIGURES = ("status", "message", "residual_norm")  # of an engine: said where it failed
+ENGINE_SETTINGS = {  # what is typed: argument of the verb and units per unit of the library
+    "power_kw": ("power", KILO),
+    "gas_generator_speed_percent": ("gas_generator_speed", PERCENT),
+    "turbine_temperature_k": ("inter_turbine_temperature", 1.0),
+    "power_turbine_speed_percent": ("power_turbine_speed", PERCENT),
+    "humidity_g_kg": ("humidity", GRAM),
+    "bleed_percent": ("bleed_fraction", PERCENT),
+    "power_offtake_kw": ("power_offtake", KILO),
+}
 # The parser's error for a wrong option or argument: the base of the one that typer exports.
 UsageError: Any = typer.BadParameter.__mro__[1]
 
@@ -81,6 +92,19 @@ def complain(message: str) -> None:
     print("vrsopt: " + " ".join(message.splitlines()), file=sys.stderr)
 
 
+def print_version(wanted: bool) -> None:
+    """Print the version of program, model and data, and end, if ``wanted``."""
+    if wanted:
+        from vrsopt import __version__
+        from vrsopt.aircraft import data_hash, load_aircraft
+        from vrsopt.helicopter import MODEL_VERSION
+        from vrsopt.turboshaft.data import load_engine
+
+        aircraft = load_aircraft()
+        print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {data_hash(aircraft, load_engine(aircraft.engine))}")
+        raise typer.Exit()
+
+
 def print_json(content: Mapping[str, Any]) -> None:
     """Print ``content`` as one JSON object on standard output."""
     print(json.dumps(json_value(content), allow_nan=False))
@@ -101,8 +125,11 @@ def point_figures(point: OperatingPoint) -> dict[str, Any]:
         "main_rotor_power_w": point.main_rotor_power,
         "tail_rotor_power_w": point.tail_rotor_power,
         "shaft_power_per_engine_w": point.shaft_power_per_engine,
+        "engines_operating": point.engines_operating,
         "fuel_flow_kg_s": point.fuel_flow,
-        "co2_kg_s": point.co2,
+        **{f"{name}_kg_s": getattr(point, name) for name in ("nox", "co2", "co")},
+        "nox_range_kg_s": point.nox_range,
+        **{f"{name}_index_g_kg": 1e3 * getattr(point, f"{name}_index") for name in ("nox", "co", "co2")},
         **{f"{name}_deg": math.degrees(getattr(point, name)) for name in controls},
         "gas_generator_speed_percent": 100.0 * point.gas_generator_speed,
         "turbine_inlet_temperature_k": point.turbine_inlet_temperature,
@@ -129,21 +156,37 @@ def _snake(words: str) -> str:
 
 def engine_figures(result: EngineResult) -> dict[str, Any]:
     """What ``engine --json`` prints."""
-    names = (
-        "success",
-        "power_w",
-        "fuel_flow_kg_s",
-        "sfc_kg_kwh",
-        "gas_generator_speed_percent",
-        "power_turbine_speed_percent",
-        "turbine_inlet_temperature_k",
-        "power_turbine_inlet_temperature_k",
-        "pressure_ratio",
-        "air_flow_kg_s",
-        "co2_kg_s",
-    )
-    figures = {name: getattr(result, name) for name in names}
+    figures = {each.name: getattr(result, each.name) for each in fields(result) if each.name not in NOT_FIGURES}
     return figures if result.success else figures | {"message": result.message}
+
+
+def engine_demand(
+    power_kw: float | None, speed_percent: float | None, temperature_k: float | None, rating: str | None
+) -> dict[str, Any]:
+    """The one demand on an engine that was typed, in the units of the library, by the name of the verb's argument.
+
+    Raises :class:`InputError` for none or several.
+    """
+    typed = {"power_kw": power_kw, "gas_generator_speed_percent": speed_percent, "turbine_temperature_k": temperature_k}
+    given = {name: value for name, value in {**typed, "rating": rating}.items() if value is not None}
+    if len(given) != 1:
+        options = [f"--{name.replace('_', '-')}" for name in (*typed, "rating")]
+        found = " and ".join(f"--{name.replace('_', '-')}" for name in given) or "none"
+        raise InputError(f"engine: {found} given: exactly one of {', '.join(options)}; see vrsopt engine --help")
+    ((name, value),) = given.items()
+    return {name: value} if isinstance(value, str) else engine_settings(**{name: value})
+
+
+def engine_settings(**typed: float | None) -> dict[str, Any]:
+    """Numbers typed for an engine (None: not typed), in the units of the library, by the verb's arguments."""
+    from vrsopt.turboshaft.performance import ALLOWED
+
+    settings = {}
+    for field, value in typed.items():
+        if value is not None:
+            name, per = ENGINE_SETTINGS[field]
+            settings[name] = converted(f"engine: {field}", value, per=per, allowed=ALLOWED[name])
+    return settings
 
 
 def broken(comparison: Comparison) -> str:
@@ -158,22 +201,6 @@ def broken(comparison: Comparison) -> str:
     (first, message), *others = failed.items()
     also = f"; also not flyable: {', '.join(name for name, _ in others)}" if others else ""
     return f"{first}: {message}{also}"
-
-
-def number(text: str) -> float:
-    """A number typed as ``text``."""
-    try:
-        return float(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a number") from None
-
-
-def whole_number(text: str) -> int:
-    """A whole number typed as ``text``."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not a whole number") from None
 
 
 def converted(field: str, value: float, *, per: float, allowed: tuple[float, float]) -> float:

@@ -1,20 +1,22 @@
-"""The coupled chain at one operating point: trim, drive train, engine, limits.
+"""The coupled chain at one operating point: trim, drive train, engine, combustor, limits.
 
-Engine power = ((main + tail rotor power) / transmission efficiency + accessories) / engines, not below idle; the free
-turbine turns at the rotor's speed ratio.
+Engine power = ((main + tail rotor power) / transmission efficiency + accessories) / operating engines, not below idle;
+the free turbine turns at the rotor's speed ratio.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
 from vrsopt.aircraft import Aircraft, load_aircraft
 from vrsopt.atmosphere import standard_air
-from vrsopt.drive_train import engine_power
+from vrsopt.combustor.emissions import INDICES, SPECIES, emissions
+from vrsopt.drive_train import engine_parameters, engine_power, operating_engines
 from vrsopt.equilibrium import trim_system
 from vrsopt.errors import InputError
 from vrsopt.flight import trim_parameters
@@ -26,7 +28,7 @@ from vrsopt.trimming import Trim, find_trim
 from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import EngineData, load_engine
 
-MODEL_VERSION = "2"  # changes whenever the physics does: a design of experiments belongs to one version
+MODEL_VERSION = "3"  # changes whenever the physics does: a design of experiments belongs to one version
 
 ALLOWED = {
     "mass": (500.0, 5000.0),
@@ -86,18 +88,11 @@ class Helicopter:
         guess: Solution | None = None,
         method: Literal["ipopt", "newton"] = "newton",
     ) -> Solution:
-        """Gas path of one engine at shaft power [W] in ``flight``, from a neighbour's solution or the design point."""
-        air = standard_air(flight["altitude"], flight["isa_offset"])
-        demand = {
-            "demand": power,
-            "power_turbine_speed": flight["rotor_speed"] / self.aircraft.main_rotor.nominal_rotor_speed,
-            "altitude": flight["altitude"],
-            "isa_offset": flight["isa_offset"],
-            "mach": flight["speed"] / air.speed_of_sound,
-            "bleed_fraction": 0.0,
-            "power_offtake": 0.0,
-            "humidity": 0.0,
-        }
+        """Gas path of one engine at shaft power [W] in ``flight``, from a neighbour's solution or the design point.
+
+        Without emissions: :func:`vrsopt.combustor.emissions.emissions` takes the solution.
+        """
+        demand = engine_parameters(self.aircraft, power, flight)
         system = gas_path(self.engine, "power")
         solution = system.solve(demand, guess, method=method)
         return solution if solution.success or guess is None else system.solve(demand, method=method)
@@ -109,34 +104,45 @@ class Helicopter:
         limits: Limits,
         guess: Solution | None = None,
         method: Literal["ipopt", "newton"] = "newton",
+        engines_operating: int | None = None,
     ) -> OperatingPoint:
-        """Solve and classify the point ``flight`` (see :func:`vrsopt.flight.trim_parameters`) under ``limits``."""
+        """Solve and classify the point ``flight`` (see :func:`vrsopt.flight.trim_parameters`) under ``limits``.
+
+        ``engines_operating`` defaults to all; with fewer the limits are those of an engine left alone. Raises
+        :class:`InputError` for a number of engines that the aircraft can not fly with.
+        """
+        operating = operating_engines(self.aircraft, engines_operating)
+        if operating < self.aircraft.transmission.engines:
+            limits = replace(limits, one_engine_inoperative=True)
         trim = self.trim(flight, guess=guess, method=method)
         if not trim.success:
-            return self._unsolved(flight, trim, limits)
-        power = float(engine_power(self.aircraft, self.engine, trim.power))
+            return self._unsolved(flight, trim, limits, operating)
+        power = float(engine_power(self.aircraft, self.engine, trim.power, engines_operating=operating))
         engine = self.engine_state(power, flight, method=method)
+        emitted = emissions(self.engine, engine)
         usages = self.usages(flight, trim.solution, engine, power, limits)
-        classification, reason = "not converged", engine.message
-        if engine.success:
-            classification, reason = classify(usages, trim, engine, power, limits)
-        success = engine.success
-        engines = self.aircraft.transmission.engines
-        out = {name: value if success else math.nan for name, value in engine.outputs.items()}
+        classification, reason = classify(usages, trim, engine, power, limits)
+        if classification == "ok" and not engine.success:
+            classification, reason = "not converged", engine.message
+        out = {name: value if engine.success else math.nan for name, value in engine.outputs.items()}
+        messages = dict.fromkeys((trim.solution.message, engine.message, emitted.message))
         return OperatingPoint(
-            success=success,
+            success=engine.success,
             status=engine.status,
-            message=f"{trim.solution.message}; {engine.message}",
+            message="; ".join(messages),
             feasible=classification == "ok",
             reason=reason,
             classification=classification,
             residual_norm=max(trim.solution.residual_norm, engine.residual_norm),
             iterations=trim.solution.iterations + engine.iterations,
+            engines_operating=operating,
             main_rotor_power=trim.solution.outputs["main_rotor_power"],
             tail_rotor_power=trim.solution.outputs["tail_rotor_power"],
             shaft_power_per_engine=power,
-            fuel_flow=engines * out["fuel_flow"],
-            co2=engines * out["co2_flow"],
+            fuel_flow=operating * out["fuel_flow"],
+            **{name: operating * getattr(emitted, name) for name in SPECIES},
+            **{name: getattr(emitted, name) for name in INDICES},
+            nox_of_fits={name: operating * value for name, value in emitted.nox_of_fits.items()},
             **{name: trim.solution.values[name] for name in CONTROLS},
             gas_generator_speed=out["gas_generator_speed"],
             turbine_inlet_temperature=out["turbine_inlet_temperature"],
@@ -146,7 +152,9 @@ class Helicopter:
             autorotative_energy=0.5 * self.aircraft.main_rotor.polar_inertia * flight["rotor_speed"] ** 2,
             usages=usages,
             trim=trim,
+            gas_path=engine,
             aircraft=self.aircraft,
+            engine=self.engine,
         )
 
     def _one_engine_margin(self, rotor_power: float) -> float:
@@ -166,13 +174,15 @@ class Helicopter:
             "blade loading": loading,
             "engine power": limits.power_usage(power),
             "torque": limits.torque_usage(power, flight["rotor_speed"]),
-            "turbine temperature": limits.temperature_usage(engine.outputs["power_turbine_inlet_temperature"]),
+            "turbine temperature": limits.temperature_usage(
+                engine.outputs["power_turbine_inlet_temperature"] if engine.success else math.nan
+            ),
             "tail rotor loading": limits.tail_usage(
                 trim.outputs["tail_blade_loading"], flight["rotor_speed"], flight["speed"]
             ),
         }
 
-    def _unsolved(self, flight: Mapping[str, float], trim: Trim, limits: Limits) -> OperatingPoint:
+    def _unsolved(self, flight: Mapping[str, float], trim: Trim, limits: Limits, operating: int) -> OperatingPoint:
         """A point without trim: classified by the blade loading, then by the thrust demanded of the tail rotor."""
         density = standard_air(flight["altitude"], flight["isa_offset"]).density
         weight = flight["load_factor"] * flight["mass"]
@@ -197,9 +207,13 @@ class Helicopter:
             classification=classification,
             residual_norm=trim.solution.residual_norm,
             iterations=trim.solution.iterations,
+            engines_operating=operating,
+            nox_of_fits={},
             usages={},
             trim=trim,
+            gas_path=None,
             aircraft=self.aircraft,
+            engine=self.engine,
             **nan,
         )
 
@@ -235,6 +249,7 @@ def trim(
     isa_offset: float = 0.0,
     hub_height: float | None = None,
     cg_shift: float = 0.0,
+    engines_operating: int | None = None,
     aircraft: Aircraft | str | Path = "bo105",
     method: Literal["ipopt", "newton"] = "ipopt",
 ) -> OperatingPoint:
@@ -243,9 +258,10 @@ def trim(
     rotor_speed [rad/s] and twist [rad, washout positive] default to the aircraft's nominal; climb_angle in rad,
     isa_offset in K. load_factor: of a steady coordinated turn to the right. hub_height: of the hub above the ground
     [m], None far from it. cg_shift: of the centre of gravity, forward of the aircraft's reference [m] (see
-    :func:`vrsopt.balance.balance`). ``method`` is the solver, "ipopt" or "newton"; both end at the same residual. The
-    point is classified under the flight manual's engine limits and the blade-loading limit without margin. Raises
-    :class:`InputError` for a value out of range.
+    :func:`vrsopt.balance.balance`). engines_operating: None for all; with fewer, those left carry the power, and the
+    ratings are those with one engine inoperative. ``method`` is the solver of trim and engine, "ipopt" or "newton";
+    both end at the same residual. The point is classified under the flight manual's engine limits and the blade-loading
+    limit without margin. Raises :class:`InputError` for a value out of range.
     """
     machine = helicopter(aircraft)
     rotor = machine.aircraft.main_rotor
@@ -271,4 +287,5 @@ def trim(
         if not hub_height >= lowest:
             raise InputError(f"trim: hub_height = {hub_height:g}: at least {lowest:g}, half the rotor radius")
         flight["ground_proximity"] = rotor.radius / hub_height
-    return machine.point(flight, limits=Limits(machine.aircraft, machine.engine), method=method)
+    limits = Limits(machine.aircraft, machine.engine)
+    return machine.point(flight, limits=limits, method=method, engines_operating=engines_operating)

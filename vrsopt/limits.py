@@ -31,13 +31,15 @@ class Limits:
 
     setting "manual": the flight manual's rated power per engine, and that power's torque at lower rotor speed.
     setting "study": the engine's take-off rating, no torque limit. ``manoeuvre_margin`` divides the blade-loading
-    limit: 1.3 leaves 1.3 times the flown thrust available.
+    limit: 1.3 leaves 1.3 times the flown thrust available. With ``one_engine_inoperative`` the manual's rating is that
+    of an engine left alone, and never more than the engine's own take-off rating.
     """
 
     aircraft: Aircraft
     engine: EngineData
     setting: Setting = "manual"
     manoeuvre_margin: float = 1.0
+    one_engine_inoperative: bool = False
 
     @cached_property
     def _blade_loading_polynomial(self) -> tuple[float, ...]:
@@ -55,9 +57,12 @@ class Limits:
     @property
     def rated_power(self) -> float:
         """Largest power of one engine [W]."""
+        own, drive = self.engine.ratings.take_off_power, self.aircraft.transmission
         if self.setting == "study":
-            return self.engine.ratings.take_off_power
-        return 1e3 * self.aircraft.transmission.rated_power_per_engine
+            return own
+        if self.one_engine_inoperative:
+            return min(own, 1e3 * drive.one_engine_inoperative_power)
+        return 1e3 * drive.rated_power_per_engine
 
     @property
     def temperature(self) -> float:

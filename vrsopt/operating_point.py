@@ -10,10 +10,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from vrsopt.aircraft import Aircraft
+from vrsopt.combustor.emissions import fit_range
 from vrsopt.limits import Limits
 from vrsopt.solution import Solution
 from vrsopt.solvers.status import Status
 from vrsopt.trimming import Trim
+from vrsopt.turboshaft.data import EngineData
 
 CONTROLS = ("collective", "lateral_cyclic", "longitudinal_cyclic", "tail_collective", "pitch", "roll")
 ROTOR_OUTPUTS = (
@@ -30,7 +32,12 @@ ENGINE_RESULTS = (
     "tail_rotor_power",
     "shaft_power_per_engine",
     "fuel_flow",
+    "nox",
+    "co",
     "co2",
+    "nox_index",
+    "co_index",
+    "co2_index",
     "gas_generator_speed",
     "turbine_inlet_temperature",
     "power_turbine_inlet_temperature",
@@ -41,12 +48,17 @@ ENGINE_RESULTS = (
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Trimmed aircraft with its engines, SI units; powers, fuel and CO2 are those of all engines unless named so.
+    """Trimmed aircraft with its engines, SI units; powers, fuel and emissions are those of all engines that operate,
+    unless named so.
+
+    nox (as NO2), co and co2 in kg/s, their indices in kg per kg of fuel; unburnt hydrocarbons are not modelled, so that
+    co2 is the fuel's carbon less that in CO (:mod:`vrsopt.combustor.emissions`). nox_of_fits: NOx by the name of the
+    combustor's fit; the shipped one is nox.
 
     Moments at the hub in N m, roll to the right and nose up. one_engine_inoperative_margin: what the rating of the
     remaining engines leaves when one has failed [W]; autorotative_energy: kinetic energy of the rotors [J].
     ``success``: trim and engine solved. ``feasible``: flyable as well; ``reason`` says why not. Numbers of a point that
-    was not solved are nan.
+    was not solved are nan; so are the emissions alone where the combustor was not solved, which ``message`` then says.
     """
 
     success: bool
@@ -57,11 +69,17 @@ class OperatingPoint:
     classification: str
     residual_norm: float
     iterations: int
+    engines_operating: int
     main_rotor_power: float
     tail_rotor_power: float
     shaft_power_per_engine: float
     fuel_flow: float
+    nox: float
+    co: float
     co2: float
+    nox_index: float
+    co_index: float
+    co2_index: float
     collective: float
     lateral_cyclic: float
     longitudinal_cyclic: float
@@ -80,14 +98,28 @@ class OperatingPoint:
     hub_pitch_moment: float
     one_engine_inoperative_margin: float
     autorotative_energy: float
+    nox_of_fits: Mapping[str, float]
     usages: Mapping[str, float]
     trim: Trim = field(repr=False)
+    gas_path: Solution | None = field(repr=False)  # of one engine; None without a trim
     aircraft: Aircraft = field(repr=False)
+    engine: EngineData = field(repr=False)
 
     @property
     def solution(self) -> Solution:
         """The solved (or failed) trim."""
         return self.trim.solution
+
+    @property
+    def nox_range(self) -> tuple[float, float]:
+        """Least and largest NOx [kg/s] over the fits of the combustor; nan if one of them was not solved."""
+        return fit_range(self.nox_of_fits)
+
+    def derivatives(self) -> dict[str, dict[str, float]]:
+        """Exact derivatives of powers, fuel flow and emissions: see :func:`vrsopt.point_derivatives.derivatives`."""
+        from vrsopt.point_derivatives import derivatives
+
+        return derivatives(self)
 
     @property
     def powers(self) -> dict[str, float]:
@@ -108,10 +140,15 @@ class OperatingPoint:
         def degrees(*names: str) -> str:
             return ", ".join(f"{math.degrees(getattr(self, name)):.2f}" for name in names)
 
+        low, high = (3.6e6 * flow for flow in self.nox_range)
+        alone = self.engines_operating < self.aircraft.transmission.engines
+        operating = f", {self.engines_operating} of {self.aircraft.transmission.engines} operating" if alone else ""
         rows = (
             ("main, tail rotor", f"{self.main_rotor_power / 1e3:.1f} kW, {self.tail_rotor_power / 1e3:.1f} kW"),
-            ("shaft per engine", f"{self.shaft_power_per_engine / 1e3:.1f} kW"),
+            ("shaft per engine", f"{self.shaft_power_per_engine / 1e3:.1f} kW{operating}"),
             ("fuel flow, CO2", f"{self.fuel_flow * 3600:.1f} kg/h, {self.co2 * 3600:.1f} kg/h"),
+            ("NOx", f"{self.nox * 3.6e6:.0f} g/h ({low:.0f} to {high:.0f}), index {self.nox_index * 1e3:.2f} g/kg"),
+            ("CO", f"{self.co * 3.6e6:.0f} g/h, index {self.co_index * 1e3:.2f} g/kg; hydrocarbons are not modelled"),
             ("collective", f"{degrees('collective')} deg; tail rotor {degrees('tail_collective')} deg"),
             ("cyclic", f"lateral, longitudinal {degrees('lateral_cyclic', 'longitudinal_cyclic')} deg"),
             ("attitude", f"pitch, roll {degrees('pitch', 'roll')} deg"),
@@ -136,7 +173,7 @@ def classify(
 ) -> tuple[str, str]:
     """Class of a solved point and the reason with its numbers; the first limit that is broken, rotor before engine."""
     out, allowance = trim.solution.outputs, 1 + 1e-6
-    rated = limits.rated_power
+    rated, whose = limits.rated_power, " with one engine inoperative" if limits.one_engine_inoperative else ""
     temperature = engine.outputs["power_turbine_inlet_temperature"]
     causes = {
         "blade loading": (
@@ -149,11 +186,11 @@ def classify(
             f"tail-rotor blade loading {out['tail_blade_loading']:.4f} is {usages['tail rotor loading']:.3f} times the "
             f"largest allowed at advance ratio {out['tail_advance_ratio']:.3f}",
         ),
-        "engine power": ("over power", f"{power / 1e3:.1f} kW per engine above {rated / 1e3:.1f} kW"),
-        "torque": ("over torque", f"torque {100 * usages['torque']:.1f} % of the rated torque"),
+        "engine power": ("over power", f"{power / 1e3:.1f} kW per engine above {rated / 1e3:.1f} kW{whose}"),
+        "torque": ("over torque", f"torque {100 * usages['torque']:.1f} % of the rated torque{whose}"),
         "turbine temperature": (
             "over temperature",
-            f"inter-turbine temperature {temperature:.0f} K above {limits.temperature:.0f} K",
+            f"inter-turbine temperature {temperature:.0f} K above {limits.temperature:.0f} K{whose}",
         ),
     }
     for name, cause in causes.items():

@@ -26,7 +26,13 @@ OUTPUTS = (
     "tail_blade_loading",  # -
     "climb_rotor_power",  # W, main and tail rotor, at the reference climb angle
     "descent_rotor_power",  # W, the same in descent
+    "nox_flow",  # kg/s, all engines, as are the flows below
+    "nox_flow_wide_mixing",  # NOx by the other fit of the combustor: each is smooth, their range has a corner
+    "co_flow",
+    "co2_flow",
 )
+OF_THE_POINT = OUTPUTS[:4]
+OTHER_FIT = "wide_mixing"
 AIRCRAFT = "bo105"
 
 
@@ -78,7 +84,7 @@ def evaluate(inputs: Mapping[str, float]) -> PointRecord:
     """Physics at mass [kg], altitude [m], speed [m/s], rotor_speed [rad/s] and twist [rad] of level flight.
 
     Flyable ("ok") means inside the engine's own ratings and the blade-loading limits without manoeuvre margin. Powers
-    in climb and descent are given where that is flyable too.
+    in climb and descent are given where that is flyable too, emissions where the combustor was solved.
     """
     machine = helicopter(AIRCRAFT)
     limits = Limits(machine.aircraft, machine.engine, "study", 1.0)
@@ -86,7 +92,10 @@ def evaluate(inputs: Mapping[str, float]) -> PointRecord:
     point = machine.point(level, limits=limits)
     if not point.success:
         return PointRecord({}, point.classification, point.reason, point.iterations, point.residual_norm)
-    outputs = {name: getattr(point, name) for name in OUTPUTS[:4]}
+    outputs = {name: getattr(point, name) for name in OF_THE_POINT}
+    flows = {f"{name}_flow": getattr(point, name) for name in ("nox", "co", "co2")}
+    flows[f"nox_flow_{OTHER_FIT}"] = point.nox_of_fits[OTHER_FIT]
+    outputs |= {name: flow for name, flow in flows.items() if math.isfinite(flow)}
     residual, iterations = point.residual_norm, point.iterations
     for name, sign in (("climb_rotor_power", 1.0), ("descent_rotor_power", -1.0)):
         slope = sign * math.asin(reference_climb_sine(inputs["speed"]))
