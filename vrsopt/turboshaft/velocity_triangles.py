@@ -264,8 +264,17 @@ def _bulk_solver(duty: Duty, incidence: Incidence) -> BulkSolver:
     return BulkSolver(triangles(duty, incidence=incidence))
 
 
+def work_over_design(fit: Fit, speed: Any, spouting_velocity: Any) -> Any:
+    """The fitted form w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2]; floats, arrays or CasADi expressions.
+
+    With b = 1 it is :func:`vrsopt.turboshaft.maps.turbine_work`.
+    """
+    offset = (speed - fit.best * spouting_velocity) ** 2 - (1.0 - fit.best) ** 2 * spouting_velocity**2
+    return spouting_velocity**2 - fit.curvature * offset
+
+
 def fitted(speed: np.ndarray, spouting_velocity: np.ndarray, work: np.ndarray, *, best: float | None = 1.0) -> Fit:
-    """The map form w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2] in least squares over N points; work over the design's.
+    """The form of :func:`work_over_design` in least squares over N points of the work over the design's.
 
     ``best`` is b, the best U/C0 over the design point's: 1 is the engine's map, None fits it as well.
     """
