@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ class Extreme:
 def in_words(quantity: str, value: float) -> str:
     """A demand with its unit."""
     return {
-        "power": f"power {value / 1e3:.1f} kW",
+        "power": f"power {round(value / 1e3, 1) + 0.0:.1f} kW",
         "gas_generator_speed": f"gas-generator speed {100 * value:.2f} %",
         "inter_turbine_temperature": f"inter-turbine temperature {value:.1f} K",
     }[quantity]
@@ -101,7 +101,7 @@ def rating_limits(data: EngineData, rating: str = TAKE_OFF) -> dict[Mode, float]
 
 
 def maximum_power(*, rating: str = TAKE_OFF, engine_data: EngineData | None = None, **place: float) -> Extreme:
-    """The most power of one engine at a rating: at its limit of temperature, gas-generator speed or power, or at surge.
+    """The most power of one engine at a rating: at its limit of temperature, gas-generator speed or power.
 
     ``place``: ``power_turbine_speed``, ``altitude``, ``isa_offset``, ``mach``, ``humidity``, ``bleed_fraction``,
     ``power_offtake`` as for :func:`vrsopt.turboshaft.performance.engine`, 1 and 0 unless given. Raises
@@ -125,9 +125,13 @@ def highest(data: EngineData, place: dict[str, float], rating: str = TAKE_OFF) -
     for mode, output in outputs.items():
         if not solution.success or solution.outputs[output] > limits[mode] * (1.0 + EXACT):
             limit, solution = mode, solve(data, mode, limits[mode], place)
-    if solution.success and solution.outputs["surge_margin"] < 0.0:
-        limit, solution = "surge", _surge(data, place, solution)
-    return _extreme("maximum", words[limit], solution)
+    most = _extreme("maximum", words[limit], solution)
+    if most.success and solution.outputs["surge_margin"] < 0.0:  # less power only brings surge nearer
+        message = (
+            f"{data.name}: no power without surge: margin {100 * solution.outputs['surge_margin']:.1f} % at {most}"
+        )
+        return replace(most, success=False, status=Status.INFEASIBLE, message=message)
+    return most
 
 
 def minimum_power(*, engine_data: EngineData | None = None, **place: float) -> Extreme:
@@ -203,20 +207,6 @@ def _margins(data: EngineData, outputs: dict[str, Any]) -> dict[str, Any]:
         "surge": outputs["surge_margin"],
         "self-sustaining": 1.0 + EXACT - temperature,
     }
-
-
-def _surge(data: EngineData, place: dict[str, float], beyond: Solution) -> Solution:
-    """The fastest gas generator without surge below the solution ``beyond``; ``beyond`` itself where there is none."""
-    speeds, outputs = _sweep(data, place, beyond.outputs["gas_generator_speed"])
-    safe = np.flatnonzero(outputs["surge_margin"] > 0.0)
-    if not safe.size:
-        return beyond
-
-    def margin(speed: float) -> float:
-        return solve(data, "gas_generator_speed", speed, place).outputs["surge_margin"]
-
-    edge = brentq(margin, speeds[safe[0]], speeds[safe[0] - 1], xtol=1e-10)
-    return solve(data, "gas_generator_speed", edge - 1e-9, place)
 
 
 def _extreme(end: str, limit: str, solution: Solution) -> Extreme:

@@ -196,6 +196,8 @@ def _shortfall(
         return ""
     refused = f"{in_words(quantity, demand)} can not be had:"
     most = highest(data, place)
+    if not most.success and most.status is Status.INFEASIBLE:
+        return f"{refused} {most.message}, at {_where(place)}"
     if most.success and demand > getattr(most, quantity) * (1.0 + EXACT):
         return f"{refused} {most.of(quantity)}, at {_where(place)}"
     least = lowest(data, place)
