@@ -1,4 +1,4 @@
-"""How long things take, as one JSON object: python tests/benchmarks/speed.py [trims] [trajectory] [whole]
+"""How long things take, as one JSON object: python tests/benchmarks/speed.py [trims] [engine] [trajectory] [whole]
 
 Trims in ms of CPU time of one core, means over the level-flight box below the blade-loading limit; the rest in seconds
 on whatever machine this runs. Ratios compare two ways of one process run and are the figures to quote. Nothing here
@@ -28,6 +28,9 @@ from vrsopt.mission.profile import Profile
 from vrsopt.schedule.compare import SurrogateAircraft, _shipped, solve
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash
+from vrsopt.turboshaft.bulk import solve_many
+from vrsopt.turboshaft.cycle import gas_path
+from vrsopt.turboshaft.data import load_engine
 
 SARM = Path(__file__).parents[2] / "problems" / "sarm.toml"
 
@@ -109,6 +112,28 @@ def trims(count: int = 60) -> dict[str, float]:
     }
 
 
+def engine(count: int = 2000) -> dict[str, float]:
+    """Mean CPU times [us] of the gas path over its operating box: in bulk, alone by both solvers, its derivatives."""
+    low, high = [20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0, 0.0], [330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3, 0.03]
+    points = qmc.scale(qmc.LatinHypercube(8, seed=17).random(count), low, high)
+    system = gas_path(load_engine())
+    names = [parameter.name for parameter in system.parameters]
+    few = [dict(zip(names, row, strict=True)) for row in points[:50].tolist()]
+    solve_many(points[:1])  # builds the functions
+    solutions = [system.solve(p, method="newton") for p in few]
+    system.sensitivities(solutions[0])
+    system.solve(few[0])
+    return {
+        "engine_points": count,
+        "engine_failed": count - int(solve_many(points).success.sum()),
+        "engine_bulk_us": statistics.median(1e3 * cpu(lambda: solve_many(points)) / count for _ in range(5)),
+        "engine_newton_us": 1e3 * statistics.mean(cpu(lambda p=p: system.solve(p, method="newton")) for p in few),
+        "engine_ipopt_us": 1e3 * statistics.mean(cpu(lambda p=p: system.solve(p)) for p in few),
+        "engine_derivatives_us": 1e3 * statistics.mean(cpu(lambda s=s: system.sensitivities(s)) for s in solutions),
+        "engine_newton_steps": statistics.mean(s.iterations for s in solutions),
+    }
+
+
 def trajectory() -> dict[str, float]:
     mission = read_mission(SARM)
     machine = helicopter(mission.aircraft)
@@ -132,7 +157,7 @@ def whole() -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    parts = {"trims": trims, "trajectory": trajectory, "whole": whole}
+    parts = {"trims": trims, "engine": engine, "trajectory": trajectory, "whole": whole}
     figures: dict[str, float] = {}
     for part in sys.argv[1:] or parts:
         figures |= parts[part]()
