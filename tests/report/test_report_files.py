@@ -13,7 +13,8 @@ from scipy.integrate import trapezoid
 from vrsopt.errors import InputError
 from vrsopt.report.files import read_result, write_results
 
-FIGURES = ["flight_path.png", "fuel.png", "schedules.png"]
+NAMES = ("flight_path", "schedules", "fuel", "emissions", "phases")
+FIGURES = [f"{name}.png" for name in NAMES]
 
 
 def strict(text):
@@ -54,7 +55,7 @@ def test_summary_is_strict_json_with_the_variants(folder, with_variant):
 
 def test_numbers_that_json_does_not_know_are_null(broken, without_figures, mission_text, tmp_path):
     flight = broken.results["trajectory"].flight
-    nothing = type(flight)(**{**vars(flight), "fuel_per_segment": np.array([np.nan])})
+    nothing = type(flight)(**{**vars(flight), "fuel_per_segment": np.nan * flight.fuel_per_segment})
     lost = type(broken.results["trajectory"])(**{**vars(broken.results["trajectory"]), "flight": nothing})
     results = {**broken.results, "trajectory": lost}
     write_results(type(broken)(**{**vars(broken), "results": results}), tmp_path, mission_text=mission_text)
@@ -97,8 +98,25 @@ def test_result_holds_every_time_series_with_its_unit(folder, comparison):
         "time": "s",
     }
     assert {name: data[name].attrs["units"] for name in units} == units
-    texts = {"schedule", "limit", "task", "kind", "message"}
+    texts = {"schedule", "limit", "task", "kind", "message", "phase", "end"}
     assert all("units" in data[name].attrs for name in data.variables if name not in texts)
+
+
+def test_result_holds_emissions_over_time_in_total_and_by_phase(folder, comparison):
+    data = read_result(folder / "result.nc")
+    for name, result in comparison.results.items():
+        one, own = data.sel(schedule=name), result.emissions
+        for species in ("co2", "nox", "co", "foca_nox"):
+            np.testing.assert_array_equal(one[f"{species}_flow"], own.flow[species])
+            assert float(one[species]) == own.total(species)
+        np.testing.assert_array_equal(one["nox_range"], own.nox_range)
+        np.testing.assert_array_equal(one["physics_nox_flow"], result.physics.emissions.flow["nox"])
+        assert float(one["physics_nox"]) == result.physics.emissions.total("nox")
+        for species in ("fuel", "co2", "nox", "co"):
+            assert float(one[f"phase_{species}"].sum()) == pytest.approx(float(one[species]), rel=1e-9)
+    assert data["nox_flow"].attrs["units"] == "kg/s" and data["phase_nox"].attrs["units"] == "kg"
+    assert list(data["phase"].values) == ["idle", "hover", "climb", "cruise", "loiter", "descent"]
+    assert list(data["end"].values) == ["least", "largest"]
 
 
 def test_result_holds_what_is_needed_to_repeat_it(folder, comparison, mission_text):
@@ -154,14 +172,15 @@ def test_page_is_complete_and_needs_nothing_else(folder, comparison, mission_tex
     assert not page.open
     assert "http" not in text and "script" not in page.tags and "link" not in page.tags and "url(" not in text
     pictures = [link.removeprefix("data:image/png;base64,") for link in page.links]
-    files = [
-        folder / part / f"{name}.png" for part in ("", "twist_only") for name in ("flight_path", "schedules", "fuel")
-    ]
+    files = [folder / part / f"{name}.png" for part in ("", "twist_only") for name in NAMES]
     assert [base64.b64decode(picture, validate=True) for picture in pictures] == [file.read_bytes() for file in files]
     words = "".join(page.texts)
     assert mission_text in words and "Hop <über>" in words
     for name, result in comparison.results.items():
         assert f"{result.flight.fuel:.2f}" in words and result.message in words, name
+    for result in comparison.results.values():
+        assert f"{1e3 * result.emissions.total('nox'):.1f}" in words
+    assert "range over the fits" in words and "indicative" in words and "FOCA's guidance" in words
     assert "width=device-width" in text
 
 

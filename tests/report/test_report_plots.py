@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from vrsopt.report.plots import figures, flight_path_figure, fuel_figure, png, schedule_figure
+from vrsopt.report.plots import (
+    emission_figure,
+    figures,
+    flight_path_figure,
+    fuel_figure,
+    phase_figure,
+    png,
+    schedule_figure,
+)
 from vrsopt.report.style import KIND_COLOURS, task_spans
 
 
@@ -31,7 +39,10 @@ def texts(figure):
     return found
 
 
-@pytest.mark.parametrize("draw", [flight_path_figure, schedule_figure, fuel_figure])
+ALL = [flight_path_figure, schedule_figure, fuel_figure, emission_figure, phase_figure]
+
+
+@pytest.mark.parametrize("draw", ALL)
 def test_no_text_overlaps_another_or_leaves_the_figure(comparison, draw):
     figure = draw(comparison)
     figure.draw_without_rendering()
@@ -44,7 +55,7 @@ def test_no_text_overlaps_another_or_leaves_the_figure(comparison, draw):
         assert not first.padded(-1.0).overlaps(second.padded(-1.0)), f"{one!r} over {other!r}"
 
 
-@pytest.mark.parametrize("draw", [flight_path_figure, schedule_figure, fuel_figure])
+@pytest.mark.parametrize("draw", ALL)
 def test_legends_lie_outside_the_data(comparison, draw):
     figure = draw(comparison)
     figure.draw_without_rendering()
@@ -104,6 +115,30 @@ def test_fuel_bars_have_the_fuel_of_surrogate_and_physics(comparison, broken):
     names = [text.get_text() for text in fuel_figure(broken).axes[0].get_xticklabels()]
     assert names[1] == "pointwise\ninfeasible" and names[3] == "trajectory\nfailed"
     assert "none" in [text.get_text() for text in fuel_figure(broken).axes[0].texts]
+
+
+def test_emissions_are_drawn_in_grams_with_the_range_of_nox(two_fits):
+    nox, co = emission_figure(two_fits).axes[1:]
+    assert (nox.get_ylabel(), co.get_ylabel()) == ("NOx, g/min", "CO, g/min")
+    lines = {line.get_label(): line.get_ydata() for line in nox.get_lines()}
+    flow = two_fits.results["trajectory"].emissions.flow
+    np.testing.assert_allclose(lines["trajectory"], 6e4 * flow["nox"])
+    band = np.concatenate([piece.get_paths()[0].vertices[:, 1] for piece in nox.collections])
+    assert band.max() == pytest.approx(6e4 * 1.2 * flow["nox"].max(), rel=1e-9)
+
+
+def test_bars_by_phase_have_whiskers_from_the_least_to_the_largest_fit(two_fits):
+    axes = phase_figure(two_fits).axes[0]
+    names = [text.get_text() for text in axes.get_xticklabels()]
+    assert names == ["hover", "climb", "cruise", "descent"]
+    bars = [container for container in axes.containers if hasattr(container, "errorbar")]
+    assert [container.get_label() for container in bars][0] == "nominal"
+    emissions = two_fits.results["nominal"].emissions
+    heights = [bar.get_height() for bar in bars[0]]
+    assert sum(heights) == pytest.approx(1e3 * emissions.total("nox"))
+    whiskers = bars[0].errorbar.lines[2][0].get_segments()
+    for height, whisker in zip(heights, whiskers, strict=True):
+        assert whisker[:, 1] == pytest.approx([height, 1.2 * height])
 
 
 def test_pngs_are_pictures_and_always_the_same(comparison, tmp_path):

@@ -1,8 +1,10 @@
 """The table shows the numbers of the summary, and no percentage for what can not be flown."""
 
 import re
+from dataclasses import replace
 
-from vrsopt.report.tables import HEADINGS, footer, label, remarks, summary_rows, summary_text
+from vrsopt.report.emission_tables import EMISSION_HEADINGS, PHASE_HEADINGS, emission_rows, label, phase_rows
+from vrsopt.report.tables import HEADINGS, footer, remarks, summary_rows, summary_text
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
 
 
@@ -30,6 +32,37 @@ def test_numbers_are_those_of_the_summary(comparison):
     assert rows["pointwise"].cells[7] == "jumps" and rows["trajectory"].cells[7] == "1.00"
 
 
+def test_nox_is_shown_with_its_range(two_fits):
+    for (name, result), row in zip(two_fits.results.items(), emission_rows(two_fits), strict=True):
+        assert len(row) == len(EMISSION_HEADINGS)
+        nox = 1e3 * result.emissions.total("nox")
+        assert row[1] == f"{nox:.1f}" and row[2] == f"{nox:.1f} to {1.2 * nox:.1f}"
+        change = result.changes["nox"]
+        assert row[3] == f"{change:+.2f}"
+        assert row[4] == ("+0.0" if name == "nominal" else f"{change:+.1f} to {change + 2:+.1f}")
+        assert row[5] == f"{1e3 * result.physics.emissions.total('nox'):.1f}"
+        assert row[8] == f"{1e3 * result.emissions.total('foca_nox'):.1f}"
+
+
+def test_phases_add_up_to_the_mission(two_fits):
+    *rows, total = phase_rows(two_fits, "trajectory")
+    assert [row[0] for row in (*rows, total)] == ["hover", "climb", "cruise", "descent", "mission"]
+    assert all(len(row) == len(PHASE_HEADINGS) for row in rows)
+    for column in (1, 2, 4, 5):
+        assert abs(sum(float(row[column]) for row in rows) - float(total[column])) < 0.3
+    result = two_fits.results["trajectory"]
+    assert total[3] == f"{result.fuel_delta_percent:+.2f}" and total[7] == f"{result.changes['nox']:+.2f}"
+    assert total[6] == f"{1e3 * result.emissions.total('nox'):.1f} to {1.2e3 * result.emissions.total('nox'):.1f}"
+    assert {row[3] for row in phase_rows(two_fits, "nominal")} == {"-"}
+
+
+def test_idle_is_marked_as_indicative(comparison):
+    first, *others = comparison.profile.segments
+    standing = replace(comparison, profile=type(comparison.profile)((replace(first, kind="idle"), *others)))
+    assert phase_rows(standing, "nominal")[0][0] == "idle *"
+    assert "*: NOx and CO at idle are indicative only" in re.sub(r"\s+", " ", summary_text(standing))
+
+
 def test_a_schedule_that_breaks_a_limit_has_no_percentage(broken):
     rows = {row.name: row for row in summary_rows(broken)}
     assert rows["pointwise"].cells[2:4] == ("-", "-") and rows["pointwise"].cells[5] == "-"
@@ -37,6 +70,10 @@ def test_a_schedule_that_breaks_a_limit_has_no_percentage(broken):
     assert rows["trajectory"].verdict == "failed: no physics at 3 s (hover): no trim"
     assert rows["trajectory"].cells[4] == "-"
     assert rows["pointwise_rate_limited"].verdict == "flyable"
+    emissions = dict(zip(broken.results, emission_rows(broken), strict=True))
+    assert emissions["pointwise"][3:5] == ("-", "-") and emissions["pointwise"][6] == "-"
+    assert emissions["pointwise_rate_limited"][3] != "-"
+    assert {row[3] for row in phase_rows(broken, "pointwise")} == {"-"}
     assert "pointwise: infeasible: torque 4.20 % over its limit at 90 s (cruise to quay)" in remarks(broken)
 
 
@@ -61,6 +98,7 @@ def test_footer_names_mass_effort_accuracy_and_simplifications(comparison):
         f"duration {summary['duration_s']:.0f} s",
         f"{summary['solver']['iterations']} iterations",
         SIMPLIFICATIONS[1:],
+        f"{summary['foca']['landing_take_off']['total']['fuel_kg']:.1f} kg of fuel",
     ):
         assert part in text
     largest = max(abs(r.flight.fuel / r.physics.fuel - 1) for r in comparison.results.values())

@@ -76,6 +76,10 @@ class AnalyticModel:
         fuel_flow, power, limits = self.aircraft.outputs(*arguments, c, np)
         return PathValues(fuel_flow, power, np.stack(limits))
 
+    def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
+        nox = 5e-3 * fuel_flow * (power_per_engine / 200e3)
+        return {"co2": 3.1 * fuel_flow, "nox": nox, "co": 2e-2 * fuel_flow * rotor_speed / 44.4, "nox_other": 0.9 * nox}
+
     def nodes(self, index: np.ndarray) -> AnalyticModel:
         return AnalyticModel(self.aircraft, self.coefficients[:, index])
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vrsopt import foca
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import helicopter
 from vrsopt.mission.file import mission_from, read_mission
@@ -14,6 +15,7 @@ from vrsopt.quantity import read_toml
 from vrsopt.residual import TOLERANCE
 from vrsopt.schedule.compare import schedule_settings, solve
 from vrsopt.schedule.comparison import Comparison
+from vrsopt.schedule.emission_summary import foca_estimates
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
@@ -64,6 +66,10 @@ class TestRescueMission:
         for result in sarm.results.values():
             assert result.physics.fuel == pytest.approx(result.flight.fuel, rel=1.5e-3)
             assert result.fuel_physics_delta_percent == pytest.approx(result.fuel_delta_percent, abs=0.1)
+            own, physics = result.emissions, result.physics.emissions
+            for name in ("co2", "nox", "co"):
+                assert physics.total(name) == pytest.approx(own.total(name), rel=3e-3)
+            assert physics.quadrature_error["nox"] < 1e-3 * own.total("nox")
 
     def test_take_off_mass_leaves_exactly_the_reserve(self, sarm):
         loading = sarm.loading
@@ -135,16 +141,81 @@ def solve_limits(mission):
     return Limits(machine.aircraft, machine.engine, mission.limits.limits, mission.limits.manoeuvre_margin)
 
 
-def test_a_short_mission_from_python():
-    comparison = solve(hop(), schedules=("nominal", "trajectory"), workers=1)
-    assert comparison.success
-    summary = comparison.summary()
+@pytest.fixture(scope="module")
+def short() -> Comparison:
+    return solve(hop(), schedules=("nominal", "trajectory"), workers=1)
+
+
+def test_a_short_mission_from_python(short):
+    assert short.success
+    summary = short.summary()
     assert set(summary["schedules"]) == {"nominal", "trajectory"}
     saved = summary["schedules"]["trajectory"]
     assert saved["fuel_delta_percent"] < -3.0
-    assert saved["co2_kg"] == pytest.approx(3.156 * saved["fuel_kg"], rel=2e-3)
-    assert comparison.band.lower.shape == comparison.band.upper.shape
-    assert np.all(comparison.band.lower <= comparison.band.upper)
+    carbon = saved["co2_kg"] / 44.009 + saved["co_kg"] / 28.010
+    assert carbon == pytest.approx(3.156 / 44.009 * saved["fuel_kg"], rel=5e-4)
+    assert short.band.lower.shape == short.band.upper.shape
+    assert np.all(short.band.lower <= short.band.upper)
+
+
+def test_emissions_of_surrogate_and_physics_agree(short):
+    """On the surrogate from tables, on the physics from the combustor's network at the flown states of the engine."""
+    for result in short.results.values():
+        own, physics = result.emissions, result.physics.emissions
+        assert physics.total("co2") == pytest.approx(own.total("co2"), rel=2e-3)
+        assert physics.total("nox") == pytest.approx(own.total("nox"), rel=5e-3)
+        assert physics.total("co") == pytest.approx(own.total("co"), rel=5e-3)
+        assert physics.nox_range == pytest.approx(own.nox_range, rel=5e-3)
+        assert set(physics.per_segment) == {name for name in own.per_segment if not name.startswith("foca")}
+        idle = [segment.kind == "idle" for segment in short.profile.segments]
+        assert np.all(physics.per_segment["nox"][idle] > 0.0)
+        for name in ("nox", "co"):
+            assert physics.quadrature_error[name] < 2e-3 * physics.total(name)
+    changes = short.results["trajectory"].changes
+    assert changes["nox"] < short.results["trajectory"].fuel_delta_percent < 0.0  # NOx falls faster than fuel
+    assert short.results["trajectory"].physics_changes["nox"] == pytest.approx(changes["nox"], abs=0.3)
+
+
+def test_summary_of_emissions_adds_up(short):
+    summary = short.summary()
+    for name, figures in summary["schedules"].items():
+        result = short.results[name]
+        phases = figures["phases"].values()
+        assert sum(phase["duration_s"] for phase in phases) == pytest.approx(summary["duration_s"], rel=1e-9)
+        for key in ("fuel_kg", "co2_kg", "nox_kg", "co_kg"):
+            assert sum(phase[key] for phase in phases) == pytest.approx(figures[key], rel=1e-9)
+        low, high = figures["nox_range_kg"]
+        assert low <= figures["nox_kg"] <= high
+        low, high = figures["nox_delta_range_percent"]
+        assert low <= figures["nox_delta_percent"] <= high
+        assert figures["nox_physics_kg"] == result.physics.emissions.total("nox")
+        # FOCA's index of NOx rises with power: between those of the least and the largest power of the flight
+        power, index = result.flight.power_per_engine, figures["foca_nox_kg"] / figures["fuel_kg"]
+        assert foca.nox_index(power.min()) < index < foca.nox_index(power.max())
+    cycle, mission = summary["foca"]["landing_take_off"], summary["foca"]["mission"]
+    assert summary["foca"]["landings"] == 1 and "factor of 2" in summary["foca"]["note"]
+    assert cycle["total"]["duration_s"] == 810.0 and mission["total"]["fuel_kg"] >= cycle["total"]["fuel_kg"]
+    assert "indicative" in summary["emissions_note"]
+
+
+def test_flights_without_stops_on_the_ground_are_one_landing(transport, search):
+    machine = helicopter("bo105")
+    landings = [foca_estimates(profile, machine.aircraft, machine.engine)[2] for profile in (transport, search)]
+    assert landings == [2, 2]
+    away = Profile(transport.segments[:1])
+    assert foca_estimates(away, machine.aircraft, machine.engine)[2] == 0
+
+
+def test_a_combustor_that_was_not_solved_fails_the_physics(monkeypatch):
+    def unsolved(engine, states):
+        flows = {name: 1e-4 * states["fuel_flow"] for name in ("nox", "co", "co2")}
+        flows["nox"][0] = np.nan
+        return flows
+
+    monkeypatch.setattr("vrsopt.schedule.verify.flows_of_fits", unsolved)
+    result = solve(hop(), schedules=("nominal",), workers=1).results["nominal"]
+    assert not result.success and np.isfinite(result.physics.fuel)
+    assert "physics: combustor not solved at" in result.message
 
 
 def test_a_light_aircraft_is_closed_from_below_the_sampled_box():

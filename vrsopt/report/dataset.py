@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.report.emission_dataset import emission_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,8 @@ def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
 
     Dimensions: ``schedule``; ``limit``; ``node``, the fine grid on which schedules are flown on the surrogate;
     ``physics_node``, that on which they are flown on the physics; ``band_node``, the decision nodes in flight;
-    ``segment``. Both ends of every segment are nodes, so times at edges occur twice. Units are in the attributes.
+    ``segment``; ``phase``; ``end``, the least and the largest of a range. Both ends of every segment are nodes, so
+    times at edges occur twice. Units are in the attributes.
     """
     import xarray as xr
 
@@ -42,7 +44,7 @@ def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
     first = next(iter(results.values()))
     variables = (
         _profile(comparison) | _schedules(comparison) | _physics(comparison) | _band(comparison) | _segments(comparison)
-    )
+    ) | emission_variables(comparison)
     variables |= {
         "schedule": ("schedule", np.array(list(results)), {"long_name": "name of the schedule"}),
         "limit": ("limit", np.array(list(first.flight.time_on_limits)), {"long_name": "name of the limit"}),
@@ -164,7 +166,6 @@ def _schedules(comparison: Comparison) -> Variables:
         ),
         "time_on_limits": (("schedule", "limit"), shares, _attrs("1", "share of the time on the limit")),
         "fuel": ("schedule", np.array([flight.fuel for flight in flights]), _attrs("kg", "fuel burned")),
-        "co2": ("schedule", np.array([result.co2 for result in results]), _attrs("kg", "carbon dioxide")),
         "quadrature_error": (
             "schedule",
             np.array([flight.quadrature_error for flight in flights]),

@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vrsopt.report.emission_tables import (
+    EMISSION_HEADINGS,
+    EMISSION_LEGEND,
+    PHASE_HEADINGS,
+    PHASE_LEGEND,
+    emission_rows,
+    label,
+    phase_rows,
+)
 from vrsopt.report.tables import HEADINGS, LEGEND, footer, remarks, summary_rows, title
 
 if TYPE_CHECKING:
@@ -17,6 +26,10 @@ CAPTIONS = {
     "schedules": "Schedules over time. Grey: rotor speeds within 0.5 % of the least fuel flow at the nominal "
     "schedule's mass. Limits: 100 % is allowed; the blade loading keeps the manoeuvre margin.",
     "fuel": "Fuel burned with each schedule.",
+    "emissions": "NOx and CO flow over time with the shipped fit of the combustor; band: NOx of the schedule over all "
+    "fits. At idle both are indicative only.",
+    "phases": "NOx by phase of the mission; whiskers: range over the fits of the combustor. At idle it is indicative "
+    "only.",
 }
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 70rem; margin: 0 auto;
@@ -25,7 +38,9 @@ h1, h2 { line-height: 1.2; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: bottom; }
-th:first-child, td:first-child, th:last-child, td:last-child { text-align: left; }
+th:first-child, td:first-child, td.words { text-align: left; }
+td { white-space: nowrap; }
+summary { cursor: pointer; margin: 0.5rem 0; }
 .bad { color: #a03000; font-weight: 600; }
 figure { margin: 1.5rem 0; }
 img { max-width: 100%; height: auto; }
@@ -51,7 +66,7 @@ def report_page(
     parts = [_section(case, pictures[key]) for key, case in cases.items()]
     notes = "".join(f"<li>{html.escape(line)}</li>" for line in footer(comparison))
     rows = "".join(
-        f"<tr><th>{html.escape(key.replace('_', ' '))}</th><td>{html.escape(str(value))}</td></tr>"
+        f'<tr><th>{html.escape(key.replace("_", " "))}</th><td class="words">{html.escape(str(value))}</td></tr>'
         for key, value in record.items()
     )
     return (
@@ -66,24 +81,41 @@ def report_page(
 
 
 def _section(comparison: Comparison, pictures: Mapping[str, bytes]) -> str:
-    """Table, remarks and figures of one comparison."""
-    heading = f"<h2>{html.escape(title(comparison))}</h2>\n"
+    """Tables, remarks and figures of one comparison."""
     notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in remarks(comparison))
     images = "".join(_figure(name, content) for name, content in pictures.items())
-    legend = f'<p class="note">{html.escape(LEGEND[:1].upper() + LEGEND[1:])}.</p>\n'
-    return f"{heading}{_table(comparison)}{legend}{notes}{images}"
+    fuel = [row.cells for row in summary_rows(comparison)]
+    return (
+        f"<h2>{html.escape(title(comparison))}</h2>\n{_table(HEADINGS, fuel)}{_legend(LEGEND)}{notes}"
+        f"<h3>Emissions</h3>\n{_table(EMISSION_HEADINGS, emission_rows(comparison))}{_legend(EMISSION_LEGEND)}"
+        f"{images}<h3>Phases</h3>\n{_phases(comparison)}"
+    )
 
 
-def _table(comparison: Comparison) -> str:
-    head = "".join(f"<th>{html.escape(heading)}</th>" for heading in HEADINGS)
-    body = ""
-    for row in summary_rows(comparison):
-        *cells, judged = row.cells
-        mark = "" if judged == "flyable" else ' class="bad"'
-        body += (
-            f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in cells)}<td{mark}>{html.escape(judged)}</td></tr>"
-        )
+def _phases(comparison: Comparison) -> str:
+    """One table per schedule, folded away but for those of the nominal schedule and the last."""
+    names = list(comparison.results)
+    tables = "".join(
+        f"<details{' open' if name in (names[0], names[-1]) else ''}><summary>{html.escape(label(name))}</summary>\n"
+        f"{_table(PHASE_HEADINGS, phase_rows(comparison, name))}</details>\n"
+        for name in names
+    )
+    return tables + _legend(PHASE_LEGEND)
+
+
+def _legend(text: str) -> str:
+    return f'<p class="note">{html.escape(text[:1].upper() + text[1:])}.</p>\n'
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(heading)}</th>" for heading in headings)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
     return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>\n'
+
+
+def _cell(text: str) -> str:
+    mark = {"flyable": ' class="words"', "infeasible": ' class="words bad"', "failed": ' class="words bad"'}
+    return f"<td{mark.get(text, '')}>{html.escape(text)}</td>"
 
 
 def _figure(name: str, content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""Figures of a comparison: the way over the ground, the schedules over time, the fuel they burn.
+"""Figures of a comparison: the way over the ground, the schedules over time, what they burn and emit.
 
 Figures are made with Matplotlib's objects alone, so that they need no display and leave the user's own plots alone.
 """
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vrsopt.mission.route import WGS84, Point
+from vrsopt.report.emission_plots import emission_figure, phase_figure
 from vrsopt.report.series import schedule_figure
 from vrsopt.report.style import (
     BLUE,
@@ -39,7 +40,15 @@ if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
     from vrsopt.schedule.comparison import Comparison, ScheduleResult
 
-__all__ = ["figures", "flight_path_figure", "fuel_figure", "png", "schedule_figure"]
+__all__ = [
+    "emission_figure",
+    "figures",
+    "flight_path_figure",
+    "fuel_figure",
+    "phase_figure",
+    "png",
+    "schedule_figure",
+]
 
 PATH_STEP = 2.0  # s
 REST_SIZES = {"hover": 11, "idle": 7}  # of the marks where the aircraft stands, so that both are seen at one place
@@ -57,6 +66,8 @@ def figures(comparison: Comparison) -> dict[str, Figure]:
         "flight_path": flight_path_figure(comparison),
         "schedules": schedule_figure(comparison),
         "fuel": fuel_figure(comparison),
+        "emissions": emission_figure(comparison),
+        "phases": phase_figure(comparison),
     }
 
 

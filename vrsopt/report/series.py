@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vrsopt.report.emission_tables import foremost
 from vrsopt.report.style import (
     GREY,
     LIMIT_STYLES,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison
 
 BOUND: dict[str, Any] = {"color": "#666666", "linestyle": ":", "linewidth": 1.0}
-FOREMOST = ("trajectory", "pointwise_rate_limited", "pointwise", "nominal")  # whose use of the limits is shown
 
 
 def schedule_figure(comparison: Comparison) -> Figure:
@@ -53,7 +53,7 @@ def schedule_figure(comparison: Comparison) -> Figure:
     axes[-1].set_xlim(0.0, comparison.profile.duration / MINUTE)
     figure.align_ylabels(axes[1:])
     axes[0].set_title(f"{title(comparison)}: schedules", loc="left", fontsize=NORMAL + 2)
-    kinds = _legend_beside(axes[0], handles=kind_handles(kinds_of(comparison.profile)), title="task")
+    kinds = legend_beside(axes[0], handles=kind_handles(kinds_of(comparison.profile)), title="task")
     kinds.set_in_layout(False)  # reaches down beside the next panels, which have no legend
     figure.draw_without_rendering()
     name_tasks(axes[0], comparison.profile)
@@ -76,28 +76,34 @@ def _rotor_speed(axes: Axes, comparison: Comparison) -> None:
     for number, (time, low, high) in enumerate(pieces):
         text = "within 0.5 % of least fuel" if number == 0 else None
         axes.fill_between(time / MINUTE, percent * low, percent * high, color=GREY, alpha=0.4, lw=0, label=text)
-    _lines(axes, comparison, {name: percent * result.flight.rotor_speed for name, result in comparison.results.items()})
+    schedule_lines(
+        axes, comparison, {name: percent * result.flight.rotor_speed for name, result in comparison.results.items()}
+    )
     _bounds(axes, [percent * bound for bound in settings.rotor_speed_bounds])
     axes.set_ylabel("rotor speed, %")
-    _legend_beside(axes, title="schedule")
+    legend_beside(axes, title="schedule")
 
 
 def _twist(axes: Axes, comparison: Comparison) -> None:
-    _lines(axes, comparison, {name: np.degrees(result.flight.twist) for name, result in comparison.results.items()})
+    schedule_lines(
+        axes, comparison, {name: np.degrees(result.flight.twist) for name, result in comparison.results.items()}
+    )
     _bounds(axes, [math.degrees(bound) for bound in comparison.settings.twist_bounds])
     axes.set_ylabel("blade twist, deg")
     handles, labels = axes.get_legend_handles_labels()
-    _legend_beside(axes, handles=handles[-1:], labels=labels[-1:])
+    legend_beside(axes, handles=handles[-1:], labels=labels[-1:])
 
 
 def _fuel_flow(axes: Axes, comparison: Comparison) -> None:
-    _lines(axes, comparison, {name: 3600 * result.flight.fuel_flow for name, result in comparison.results.items()})
+    schedule_lines(
+        axes, comparison, {name: 3600 * result.flight.fuel_flow for name, result in comparison.results.items()}
+    )
     axes.set_ylabel("fuel flow, kg/h")
 
 
 def _limits(axes: Axes, comparison: Comparison) -> None:
     """Use of every limit by the schedule that matters most."""
-    name = next(name for name in FOREMOST if name in comparison.results)
+    name = foremost(comparison)
     flight = comparison.results[name].flight
     time = flight.time / MINUTE
     for row, (colour, width), limit in zip(flight.limits, LIMIT_STYLES, flight.time_on_limits, strict=True):
@@ -105,10 +111,10 @@ def _limits(axes: Axes, comparison: Comparison) -> None:
     axes.axhline(100.0, **BOUND, label="limit")
     axes.set_ylabel("use of limits, %")
     axes.set_ylim(bottom=0.0)
-    _legend_beside(axes, title=f"limits, {label(name)}")
+    legend_beside(axes, title=f"limits, {label(name)}")
 
 
-def _lines(axes: Axes, comparison: Comparison, values: dict[str, np.ndarray]) -> None:
+def schedule_lines(axes: Axes, comparison: Comparison, values: dict[str, np.ndarray]) -> None:
     """One line per schedule over the fine grid."""
     for name, series in values.items():
         colour, style, width = SCHEDULE_STYLES[name]
@@ -123,7 +129,7 @@ def _bounds(axes: Axes, bounds: list[float]) -> None:
     axes.margins(y=0.08)
 
 
-def _legend_beside(axes: Axes, **options: Any) -> Legend:
+def legend_beside(axes: Axes, **options: Any) -> Legend:
     """A legend to the right of the axes, outside the data."""
     return axes.legend(
         loc="upper left",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,12 +13,23 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from vrsopt.report.emission_tables import (
+    EMISSION_HEADINGS,
+    EMISSION_LEGEND,
+    PHASE_HEADINGS,
+    PHASE_LEGEND,
+    emission_rows,
+    foca_line,
+    foremost,
+    label,
+    number,
+    phase_rows,
+)
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
 
 if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison, ScheduleResult
 
-LABELS = {"pointwise_rate_limited": "pointwise, rate limited"}
 HEADINGS = (
     "schedule",
     "fuel kg",
@@ -30,13 +42,12 @@ HEADINGS = (
     "on limit %",
     "verdict",
 )
-TEXTS = {"schedule": 12, "verdict": 10}  # columns of text, and the width of their longest word
+TEXTS = {"schedule": 12, "phase": 8, "verdict": 10}  # columns of text, and the width of their longest word
 LEGEND = (
     "change: fuel against the nominal schedule from the same take-off mass, on the surrogate and on the physics; "
     "closed: with the take-off mass closed again, so that fuel saved need not be carried; "
     "rate: the largest of the rotor speed; on limit: share of the time on the limit that is active longest"
 )
-NOTHING = "-"
 SHOWN_SHARE = 0.05  # per cent of the time: a limit that is active for less is not listed
 
 
@@ -48,11 +59,6 @@ class Row:
     cells: tuple[str, ...]
     verdict: str
     message: str
-
-
-def label(name: str) -> str:
-    """A schedule's or variant's name for people."""
-    return LABELS.get(name, name.replace("_", " "))
 
 
 def title(comparison: Comparison) -> str:
@@ -81,17 +87,17 @@ def summary_rows(comparison: Comparison) -> list[Row]:
     for name, result in comparison.results.items():
         judged = verdict(result)
         deltas = (result.fuel_delta_percent, result.fuel_delta_closed_percent, result.fuel_physics_delta_percent)
-        delta, closed, physics = (_number(value if result.success else math.nan, "+.2f") for value in deltas)
+        delta, closed, physics = (number(value if result.success else math.nan, "+.2f") for value in deltas)
         rate = 100 * result.flight.max_rotor_speed_rate / nominal
         cells = (
             label(name),
-            _number(result.flight.fuel, ".2f"),
+            number(result.flight.fuel, ".2f"),
             delta,
             closed,
-            _number(result.physics.fuel, ".2f"),
+            number(result.physics.fuel, ".2f"),
             physics,
-            _number(result.co2, ".1f"),
-            "jumps" if math.isinf(rate) else _number(rate, ".2f"),
+            number(result.emissions.total("co2"), ".1f"),
+            "jumps" if math.isinf(rate) else number(rate, ".2f"),
             _largest_share(result),
             judged.partition(":")[0],
         )
@@ -124,7 +130,7 @@ def footer(comparison: Comparison) -> list[str]:
             f"Trajectory: {solver['iterations']} iterations, built in {solver['build_s']:.1f} s, solved in "
             f"{solver['solve_s']:.1f} s; re-flown fuel differs by {100 * abs(solver['resimulation_error']):.4f} %"
         )
-    lines += [_difference(comparison), _limits_reached(comparison)]
+    lines += [_difference(comparison), _limits_reached(comparison), foca_line(comparison)]
     lines.append(f"{SIMPLIFICATIONS[0].upper()}{SIMPLIFICATIONS[1:]}.")
     return lines
 
@@ -133,8 +139,13 @@ def summary_table(comparison: Comparison) -> Group:
     """The table of ``comparison`` and of its variants with what has to be said, for a rich console."""
     parts: list[Table | Text] = []
     for case in (comparison, *comparison.variants.values()):
-        parts += [_table(case), Text(""), *(Text(line) for line in remarks(case)), Text("")]
-    parts += [Text(line) for line in (LEGEND[0].upper() + LEGEND[1:] + ".", *footer(comparison))]
+        fuel = [row.cells for row in summary_rows(case)]
+        shown = foremost(case)
+        parts += [_table(title(case), HEADINGS, fuel), Text(""), *(Text(line) for line in remarks(case)), Text("")]
+        parts += [_table("Emissions", EMISSION_HEADINGS, emission_rows(case)), Text("")]
+        parts += [_table(f"Phases, {label(shown)}", PHASE_HEADINGS, phase_rows(case, shown)), Text("")]
+    legends = (LEGEND, EMISSION_LEGEND, PHASE_LEGEND)
+    parts += [Text(line) for line in (*(f"{text[0].upper()}{text[1:]}." for text in legends), *footer(comparison))]
     return Group(*parts)
 
 
@@ -146,21 +157,21 @@ def summary_text(comparison: Comparison, *, width: int = 110) -> str:
     return "\n".join(line.rstrip() for line in capture.get().splitlines()) + "\n"
 
 
-def _table(comparison: Comparison) -> Table:
-    table = Table(title=title(comparison), box=box.SIMPLE_HEAD, title_justify="left", padding=0, show_edge=False)
-    for heading in HEADINGS:
+def _table(name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    table = Table(title=name, box=box.SIMPLE_HEAD, title_justify="left", padding=0, show_edge=False)
+    for heading in headings:
         text = heading in TEXTS
         widest = max(len(word) for word in heading.split())
         lines = heading if text else "\n".join(heading.rsplit(" ", 1))
         table.add_column(lines, justify="left" if text else "right", min_width=TEXTS.get(heading, widest))
-    for row in summary_rows(comparison):
-        table.add_row(*(Text(cell) for cell in row.cells))
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
     return table
 
 
 def _largest_share(result: ScheduleResult) -> str:
     """Share of the mission time [%] on the limit that is active longest."""
-    return _number(100 * max(result.flight.time_on_limits.values(), default=math.nan), ".1f")
+    return number(100 * max(result.flight.time_on_limits.values(), default=math.nan), ".1f")
 
 
 def _limits_reached(comparison: Comparison) -> str:
@@ -185,7 +196,3 @@ def _difference(comparison: Comparison) -> str:
         return "Surrogate against physics: no schedule could be flown on both"
     worst = max(differences, key=lambda name: abs(differences[name]))
     return f"Fuel on the surrogate against the physics: at worst {differences[worst]:+.3f} % ({label(worst)})"
-
-
-def _number(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else NOTHING

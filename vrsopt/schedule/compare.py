@@ -25,6 +25,7 @@ from vrsopt.mission.loading import TakeoffLoading, close_takeoff_mass
 from vrsopt.mission.profile import Conditions, Profile
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
+from vrsopt.schedule.emissions import changes
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.nominal import nominal_schedule
@@ -161,17 +162,19 @@ class _Study:
                 for schedule in schedules.values()
             )
         flights = {name: self.grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
-        co2_per_fuel = self.machine.engine.combustor.co2_per_fuel
+        emissions = {name: self.grid.emissions(flight) for name, flight in flights.items()}
         base, base_physics = flights["nominal"].fuel, physics[0].fuel
         return {
             name: ScheduleResult(
                 schedule=schedule,
                 flight=flights[name],
                 physics=flown,
-                co2=co2_per_fuel * flights[name].fuel,
+                emissions=emissions[name],
                 fuel_delta_percent=100 * (flights[name].fuel / base - 1),
                 fuel_delta_closed_percent=100 * (self._closed_fuel(name, schedule) / self.loading.fuel_burned - 1),
                 fuel_physics_delta_percent=100 * (flown.fuel / base_physics - 1),
+                changes=changes(emissions[name], emissions["nominal"]),
+                physics_changes=changes(flown.emissions, physics[0].emissions),
             )
             for (name, schedule), flown in zip(schedules.items(), physics, strict=True)
         }

@@ -13,6 +13,8 @@ from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Profile
+from vrsopt.schedule.emission_summary import emission_figures, foca_summary
+from vrsopt.schedule.emissions import NOTE, Emitted
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
@@ -37,15 +39,18 @@ class ScheduleResult:
     """One schedule, flown on the surrogate and on the physics; deltas in per cent against the nominal schedule.
 
     ``fuel_delta_closed``: with the take-off mass closed again, so that the fuel saved need not be carried.
+    ``emissions``: of ``flight``; ``changes`` of them by name, and those on the physics, empty if that was not solved.
     """
 
     schedule: Schedule
     flight: Flight
     physics: PhysicsFlight
-    co2: float  # kg
+    emissions: Emitted
     fuel_delta_percent: float
     fuel_delta_closed_percent: float
     fuel_physics_delta_percent: float
+    changes: Mapping[str, float]
+    physics_changes: Mapping[str, float]
 
     @property
     def success(self) -> bool:
@@ -90,7 +95,9 @@ class Comparison:
             "duration_s": self.profile.duration,
             "success": self.success,
             "simplifications": SIMPLIFICATIONS,
+            "emissions_note": NOTE,
             "schedules": schedules,
+            "foca": foca_summary(self.profile, self.limits.aircraft, self.limits.engine),
         }
         if self.trajectory is not None:
             error = resimulation_error(self.trajectory, self.results["trajectory"].flight)
@@ -108,7 +115,6 @@ class Comparison:
         twist_rate = math.degrees(result.flight.max_twist_rate)
         return {
             "fuel_kg": result.flight.fuel,
-            "co2_kg": result.co2,
             "fuel_delta_percent": result.fuel_delta_percent,
             "fuel_delta_closed_percent": _number(result.fuel_delta_closed_percent),
             "fuel_physics_kg": _number(result.physics.fuel),
@@ -118,6 +124,7 @@ class Comparison:
             "max_twist_rate_deg_s": _number(twist_rate),
             "physics_largest_usage_percent": self._usage(result.physics),
             "time_on_limits_percent": {name: 100 * share for name, share in result.flight.time_on_limits.items()},
+            **emission_figures(self.profile, result),
             "success": result.success,
             "message": result.message,
         }

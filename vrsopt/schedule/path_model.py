@@ -49,6 +49,14 @@ class PathModel(Protocol):
         """Values at all nodes; arguments [kg, rad/s, rad, rad/s2] broadcast to (N,), or (N, k): k candidates each."""
         ...
 
+    def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
+        """Emissions of all engines [kg/s] by name (see :mod:`vrsopt.schedule.emissions`), each (N, k).
+
+        Fuel flow [kg/s] and power [W] as of :meth:`evaluate`, (N, k); rotor speed [rad/s] broadcasts to them. A flight
+        that is reported asks for them, a search for the best schedule never does.
+        """
+        ...
+
     def nodes(self, index: np.ndarray) -> PathModel:
         """The same aircraft at the nodes ``index`` (n,) only, able to travel to another process."""
         ...

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vrsopt.schedule.emissions import Emitted, emitted
 from vrsopt.schedule.path_model import PathModelFactory, PathValues
+from vrsopt.schedule.quadrature import mean_of_sides, thinned
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
 
 if TYPE_CHECKING:
@@ -87,7 +89,7 @@ class FlightGrid:
 
     @cached_property
     def _coarse(self) -> np.ndarray:
-        return every_second(self.segment)
+        return thinned(self.segment, 2)
 
     def rates(self, values: np.ndarray, nodes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Rate of change (N, 2) before and after each node, zero across edges, and the steps (n - 1,) [s]."""
@@ -158,8 +160,8 @@ class FlightGrid:
             mass=self.mass_after(takeoff_mass, burned),
             rotor_speed=rotor_speed,
             twist=twist,
-            fuel_flow=_mean_of_sides(values.fuel_flow, step),
-            power_per_engine=_mean_of_sides(values.power_per_engine, step),
+            fuel_flow=mean_of_sides(values.fuel_flow, self.segment),
+            power_per_engine=mean_of_sides(values.power_per_engine, self.segment),
             limits=limits,
             fuel_per_segment=self._per_segment(burned),
             quadrature_error=abs(float(coarse[-1] - burned[-1])) / 3.0,
@@ -171,6 +173,12 @@ class FlightGrid:
             success=not problem and schedule.success,
             message=problem or schedule.message,
         )
+
+    def emissions(self, flight: Flight) -> Emitted:
+        """What a flight of this grid emits; apart from the flight because a search for schedules does not need it."""
+        values = self.evaluate(flight.mass, flight.rotor_speed, flight.twist)
+        flows = self.model.emissions(values.fuel_flow, values.power_per_engine, flight.rotor_speed[:, None])
+        return emitted(self.segment, self.time, flows, len(self.profile.segments))
 
     def _problem(self, values: PathValues, change: float, takeoff_mass: float) -> str:
         """Why the flight cannot be believed, in words; empty if it can."""
@@ -199,20 +207,3 @@ class FlightGrid:
         weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
         share = (np.abs(limits) <= ON_LIMIT) @ weight / np.sum(weight)
         return dict(zip(self.model.limit_names, share.tolist(), strict=True))
-
-
-def every_second(segment: np.ndarray) -> np.ndarray:
-    """Indices of every second node of each segment, and of its last; ``segment`` (N,) is that of each node, sorted.
-
-    The grid of twice the step, from which the quadrature error is estimated.
-    """
-    every = np.arange(len(segment))
-    first = np.searchsorted(segment, segment, side="left")
-    last = np.searchsorted(segment, segment, side="right") - 1
-    return np.flatnonzero(((every - first) % 2 == 0) | (every == last))
-
-
-def _mean_of_sides(values: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Mean of the sides before and after each node; at an edge only the side inside the segment counts."""
-    before, after = np.append(0.0, step) > 0, np.append(step, 0.0) > 0
-    return np.where(before, np.where(after, values.mean(axis=-1), values[:, 0]), values[:, 1])

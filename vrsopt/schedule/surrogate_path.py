@@ -14,11 +14,11 @@ import casadi as ca
 import numpy as np
 
 from vrsopt.atmosphere import density_altitude, standard_air
-from vrsopt.drive_train import engine_power, smooth_max
 from vrsopt.errors import InputError
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.schedule.path_model import PathValues
+from vrsopt.schedule.plant import Plant
 from vrsopt.surrogate import chebyshev
 from vrsopt.surrogate.design import reference_climb_sine
 from vrsopt.surrogate.engine_table import EngineTable, engine_table
@@ -35,41 +35,6 @@ TAIL_DEGREES = (2, 6, 3)
 POWER_KEPT = chebyshev.low_total_degree(POWER_DEGREES, 1.3)  # half of the tensor, for speed
 USED = ("main_rotor_power", "tail_rotor_power", "climb_rotor_power", "descent_rotor_power", "tail_blade_loading")
 LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not fit to be optimised on
-
-
-@dataclass(frozen=True)
-class Plant:
-    """What the aircraft is along any mission on one day: limits, engine table, inertia, box of the surrogate.
-
-    ``polar_inertia`` [kg m2]: zero leaves the rotor's kinetic energy out. Sampled box: ``highest_altitude`` [m],
-    ``lower`` and ``upper`` (3,) of mass [kg], rotor speed [rad/s] and twist [rad].
-    """
-
-    limits: Limits
-    table: EngineTable
-    isa_offset: float
-    polar_inertia: float
-    highest_altitude: float
-    lower: np.ndarray
-    upper: np.ndarray
-
-    def engine_power(self, rotor_power: Any, Omega: Any, rate: Any) -> Any:
-        """Power of one engine [W], with the power J Omega dOmega/dt that speeds up the rotor."""
-        kinetic = self.polar_inertia * Omega * rate
-        return engine_power(self.limits.aircraft, self.limits.engine, rotor_power + kinetic)
-
-    def usages(
-        self, weight: Any, Omega: Any, *, speed: Any, density: Any, power: Any, temperature: Any, tail_loading: Any
-    ) -> tuple[Any, ...]:
-        """Usage of each limit, in the order of LIMIT_NAMES."""
-        limits = self.limits
-        return (
-            limits.blade_loading_usage(weight, density, Omega, speed, smooth_max=lambda a, b: smooth_max(a, b, 4e-4)),
-            limits.power_usage(power),
-            limits.torque_usage(power, Omega),
-            limits.temperature_usage(temperature),
-            limits.tail_usage(tail_loading, Omega, speed),
-        )
 
 
 class SurrogateAircraft:
@@ -118,8 +83,7 @@ class SurrogateAircraft:
         flight, index = np.unique(keys, axis=1, return_inverse=True)
         speed, altitude, climb_angle, idle = flight
         power, tail = self._rotor_tables(speed, altitude, climb_angle, idle == 0)
-        mach = speed / standard_air(altitude, self.plant.isa_offset).speed_of_sound
-        engine = self.plant.table.contract(altitude, mach)
+        engine = self.plant.table.contract(altitude, self.plant.mach(speed, altitude))
         load_factor = np.asarray(conditions.load_factor, dtype=float)
         return SurrogatePath(self.plant, index.ravel(), load_factor, flight, power, tail, engine)
 
@@ -235,6 +199,18 @@ class SurrogatePath:
         limits = np.stack([np.broadcast_to(np.where(idle > 0, -1.0, usage - 1.0), power.shape) for usage in usages])
         return PathValues(
             (self._engines * fuel).reshape(shape), power.reshape(shape), limits.reshape(len(LIMIT_NAMES), *shape)
+        )
+
+    def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
+        """Emissions of all engines [kg/s] by name, each (N, k); see the protocol."""
+        speed, altitude = self.flight[:2]
+        return self.plant.emissions(
+            altitude,
+            self.plant.mach(speed, altitude),
+            self.condition,
+            fuel_flow=fuel_flow,
+            power=power_per_engine,
+            rotor_speed=rotor_speed,
         )
 
     def function(self) -> tuple[ca.Function, np.ndarray]:
