@@ -31,7 +31,7 @@ TURBINE_EFFICIENCIES = (0.5, 0.95)  # of the power turbine
 # The residual of the gas path at the design point is that of the sizing: a thousand times smaller than elsewhere.
 STRICT = 1e-3
 
-# Numbers of the data file that the sizing depends on, component by component, with the start of their units.
+# Numbers of the data file that the sizing depends on, component by component.
 SIZED_BY = {
     "design_point": ("power", "sfc", "air_flow", "pressure_ratio"),
     "intake": ("pressure_loss",),
@@ -41,9 +41,21 @@ SIZED_BY = {
     "power_turbine": ("mechanical_efficiency", "duct_pressure_loss"),
     "exhaust": ("pressure_loss",),
 }
-UNITS = {"power": "W", "sfc": "kg/kWh", "air_flow": "kg/s", "heating_value": "J/kg", "accessory_power": "W"}
 # In the order in which each follows from those before it.
 TEMPERATURES = ("t3_ideal", "t3", "t4", "t45_uncooled", "t45_ideal", "t45", "t5_ideal", "t5")
+UNITS = {
+    **dict.fromkeys(("power", "accessory_power"), "W"),
+    **dict.fromkeys(("air_flow", "corrected_air_flow", "fuel_flow"), "kg/s"),
+    **dict.fromkeys(("heating_value", "compressor_work", "gas_generator_drop", "power_turbine_drop"), "J/kg"),
+    **dict.fromkeys(TEMPERATURES, "K"),
+    **dict.fromkeys(
+        ("combustor_parameter", "gas_generator_constant", "power_turbine_constant", "duct_parameter"), "m4"
+    ),
+    "sfc": "kg/kWh",
+    "compressor_exit_pressure": "Pa",
+    "exhaust_constant": "1/m4",
+    "combustor_loading": "kg/(s Pa^1.8)",
+}
 
 
 @dataclass(frozen=True)
@@ -112,7 +124,7 @@ def sizing() -> ResidualSystem:
         unknowns=tuple(Unknown(name, "K", scale=1000.0, lower=COLDEST, upper=HOTTEST) for name in TEMPERATURES),
         parameters=tuple(Named(name, UNITS.get(name.split(".")[1], "-")) for name in names),
         residuals=tuple(Named(name, scale=STRICT) for name in residuals),
-        outputs=tuple(Named(name) for name in outputs),
+        outputs=tuple(Named(name, UNITS.get(name, "-")) for name in outputs),
         x=x,
         p=p,
         r=ca.vertcat(*residuals.values()),

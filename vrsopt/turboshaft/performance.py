@@ -125,8 +125,9 @@ def engine(
     """One engine at a demand: shaft power [W], gas-generator speed (ratio), inter-turbine temperature [K], or the name
     of a rating of the data file ("take_off", "maximum_continuous", "ground_idle"); exactly one of the four.
 
-    Where: power-turbine speed (ratio; 1, or the rating's own), pressure altitude [m], ISA offset [K], Mach number, kg
-    of water vapour per kg of dry air, bleed (fraction of the compressor's air), power taken from the gas generator [W].
+    ``power_turbine_speed`` (ratio; 1, or the rating's own), pressure ``altitude`` [m], ``isa_offset`` [K], ``mach``,
+    ``humidity`` (kg of water vapour per kg of dry air), ``bleed_fraction`` (of the compressor's air), ``power_offtake``
+    (taken from the gas generator) [W].
     ``engine_data`` defaults to the Allison 250-C20B. Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) and
     the combustor (:func:`vrsopt.combustor.emissions.emissions`) by IPOPT and tests the engine's limits. Raises
     :class:`InputError` for a value outside ``ALLOWED``, an unknown rating, or another number of demands than one.
