@@ -36,12 +36,10 @@ Start = Callable[[np.ndarray], np.ndarray]  # parameters (N, n_p) -> scaled unkn
 class BulkSolver:
     """A residual system compiled for many points, every point checked: Newton, then IPOPT for what is left.
 
-    Newton begins at each of ``starts`` in turn, for the points that are not solved yet; by default once, at the
-    system's one start. ``chunk``: points per compiled call.
+    ``chunk``: points per compiled call.
     """
 
     system: ResidualSystem
-    starts: tuple[Start, ...] = ()
     chunk: int = CHUNK
 
     @cached_property
@@ -55,16 +53,18 @@ class BulkSolver:
         solved = check(root(start, point), point)
         return ca.Function("point", [start, point], list(solved)).map(self.chunk)
 
-    def solve(self, parameters: np.ndarray) -> ManySolutions:
-        """Solve at every row of ``parameters`` (N, n_p); a point that Newton misses is tried once more by IPOPT.
+    def solve(self, parameters: np.ndarray, starts: tuple[Start, ...] = ()) -> ManySolutions:
+        """Solve at every row of ``parameters`` (N, n_p).
 
-        Raises :class:`InputError` for a wrong shape or a value that is not finite.
+        Newton begins at each of ``starts`` in turn, for the points that are not solved yet; by default once, at the
+        system's one start. A point that it misses is tried once more by IPOPT, from the system's guess. Raises
+        :class:`InputError` for a wrong shape or a value that is not finite.
         """
-        system, points = self.system, self._checked(parameters)
+        system, points = self.system, self.checked(parameters)
         outputs = np.full((len(points), len(system.outputs)), np.nan)
         scaled = np.full((len(points), len(system.unknowns)), np.nan)
         norm, success = np.full(len(points), np.inf), np.zeros(len(points), dtype=bool)
-        for start in self.starts or (self._one_start,):
+        for start in starts or (self._one_start,):
             left = np.flatnonzero(~success)
             if left.size:
                 outputs[left], scaled[left], norm[left] = self._newton(points[left], start(points[left]))
@@ -80,7 +80,8 @@ class BulkSolver:
         named = {output.name: outputs[:, i] for i, output in enumerate(system.outputs)}
         return ManySolutions(success, named, scaled, norm, failures)
 
-    def _checked(self, parameters: np.ndarray) -> np.ndarray:
+    def checked(self, parameters: np.ndarray) -> np.ndarray:
+        """``parameters`` as an array; raises :class:`InputError` for a wrong shape or a value that is not finite."""
         system, count = self.system, len(self.system.parameters)
         points = np.asarray(parameters, dtype=float)
         if points.ndim != 2 or points.shape[1] != count:

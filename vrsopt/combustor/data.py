@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vrsopt.quantity import Record, Unit
 
@@ -16,8 +16,10 @@ class ReactorData(Record):
     """Zones of a combustor: primary (burns rich pockets and lean ones side by side), intermediate, dilution.
 
     Air fractions are of the air that enters the combustor; the rest of it enters the dilution zone. Unmixedness is the
-    standard deviation of the fuel mass fraction over its mean, cut off at ``mixture_cutoff`` standard deviations.
-    ``recirculation``: part of what flows into the primary zone's reactors that is burnt gas of the zone.
+    standard deviation of the fuel mass fraction over its mean, in what flows into the zone, cut off at
+    ``mixture_cutoff`` standard deviations. ``recirculation``: part of what flows into the primary zone's reactors that
+    is burnt gas of the zone's mean, which narrows the spread in the reactors by as much. ``methylene_fraction``: share
+    of the fuel's carbon that passes through CH2 on its way to CO; prompt NO is proportional to it.
     """
 
     primary_air_fraction: Annotated[float, Unit("-"), Field(gt=0, lt=1)]
@@ -29,3 +31,19 @@ class ReactorData(Record):
     intermediate_unmixedness: Fraction
     mixture_cutoff: Annotated[float, Unit("-"), Field(gt=0, le=3)]
     recirculation: Fraction
+    methylene_fraction: Annotated[float, Unit("-"), Field(ge=0, le=0.5)]
+
+    @model_validator(mode="after")
+    def _leanest_pocket_has_fuel(self) -> ReactorData:
+        for name in ("primary_unmixedness", "intermediate_unmixedness"):
+            reach = getattr(self, name) * self.mixture_cutoff
+            if reach >= 1.0:
+                raise ValueError(f"{name}: times mixture_cutoff = {reach:.3g}: less than 1, a pocket can not lack fuel")
+        return self
+
+    @model_validator(mode="after")
+    def _air_is_left(self) -> ReactorData:
+        share = self.primary_air_fraction + self.intermediate_air_fraction
+        if share >= 1.0:
+            raise ValueError(f"intermediate_air_fraction: with primary_air_fraction {share:.3g}: less than 1")
+        return self

@@ -15,48 +15,73 @@ from vrsopt.combustor.species import GAS_CONSTANT, REFERENCE_PRESSURE
 if TYPE_CHECKING:
     from vrsopt.combustor.reactor import Gas
 
-METHYLIDYNE = 0.0
+ETHYLENE = 0.2  # share of ethylene's carbon that passes through CH2: reproduces GRI-Mech's prompt NO
 
 
-def balance(one: Gas, incoming: Any, volume_per_flow: Any, burning: Any) -> Any:
+def balance(one: Gas, incoming: Any, volume_per_flow: Any, *, methylene: Any, renewed: Any) -> Any:
     """NO of the gas ``one`` minus what comes in and what is made [mol/kg], zero in steady state.
 
-    Thermal (extended Zeldovich), N2O and NNH paths with N, N2O and NNH in steady state, prompt NO from ``burning``
-    moles of fuel carbon per kg. Reactions that turn O and H into O2 and OH are reversed only as far as the radicals
-    are in equilibrium: their reverse rates carry E = exp(-affinity of recombination).
+    ``methylene``: fuel carbon that passes through CH2 in this gas [mol/kg]. ``renewed``: share of the inflow that
+    brings no N2O along. N, NH, N2O and NNH are in steady state.
     """
-    thermo, c, surplus = one.thermo, one.pool.concentration, ca.exp(-one.recombination_affinity)
+    thermo, c = one.thermo, one.pool.concentration
+    surplus = ca.exp(-one.recombination_affinity)
     equilibrium = ca.exp(0.5 * thermo.log_equilibrium({"N2": 1, "O2": 1}, {"NO": 2})) * ca.sqrt(c["N2"] * c["O2"])
     a = one.no * one.density / equilibrium
-    rate = _thermal(one, equilibrium, a) + _nitrous_oxide(one, a, surplus, volume_per_flow) + _diazenyl(one, a, surplus)
-    return one.no - incoming - volume_per_flow * rate - prompt(one) * burning
+    rate = _nitrous_oxide(one, a, surplus, volume_per_flow / renewed)
+    rate += _atoms(one, a, surplus, equilibrium, prompt(one) * methylene / volume_per_flow)
+    return one.no - incoming - volume_per_flow * rate
 
 
-def _thermal(one: Gas, equilibrium: Any, a: Any) -> Any:
-    """N2 + O = NO + N, N + O2 = NO + O, N + OH = NO + H with N in steady state."""
-    pool, c = one.pool, one.pool.concentration
-    back = pool.constant(2.7e13, energy=355.0)
-    forward = back * ca.exp(one.thermo.log_equilibrium({"N2": 1, "O": 1}, {"NO": 1, "N": 1})) * c["N2"] * c["O"]
-    used = pool.constant(9.0e9, 1.0, 6500.0) * c["O2"] + pool.constant(3.36e13, energy=385.0) * c["OH"]
-    return 2.0 * forward * (1.0 - a * a) / (1.0 + a * back * equilibrium / used)
+def _nitrous_oxide(one: Gas, a: Any, surplus: Any, stay: Any) -> Any:
+    """NO made [mol/m3/s] by N2 + O (+M) = N2O, then N2O + O = 2 NO.
 
-
-def _nitrous_oxide(one: Gas, a: Any, surplus: Any, volume_per_flow: Any) -> Any:
-    """N2 + O (+M) = N2O, then N2O + O = 2 NO, against N2O + O = N2 + O2, N2O + H = N2 + OH and outflow."""
+    It competes with N2O + O = N2 + O2, N2O + H = N2 + OH and outflow. Reactions that turn O and H into O2 and OH are
+    reversed only as far as the radicals are in equilibrium: their reverse rates carry ``surplus``.
+    """
     pool, c = one.pool, one.pool.concentration
     n2o = _combined(one, "O", "N2O")
     falls_apart = pool.falloff((6.37e14, 56640.0), (7.91e10, 56020.0), N2O_BODIES, 1) * n2o
     to_no = pool.constant(2.9e13, energy=23150.0) * n2o * c["O"]
     to_n2 = (pool.constant(1.4e12, energy=10810.0) * c["O"] + pool.constant(3.87e14, energy=18880.0) * c["H"]) * n2o
-    total = falls_apart + to_no + to_n2 + n2o / (one.density * volume_per_flow)
+    total = falls_apart + to_no + to_n2 + n2o / (one.density * stay)
     made = falls_apart + to_n2 * surplus
     return 2.0 * to_no * (made - surplus * a * a * (total - to_no)) / total
 
 
-def _diazenyl(one: Gas, a: Any, surplus: Any) -> Any:
-    """N2 + H = NNH in equilibrium, NNH + O = NH + NO (7e13), NH on to NO (J. W. Bozzelli & A. M. Dean, 1995)."""
-    pool, c = one.pool, one.pool.concentration
-    return 2.0 * pool.constant(7.0e13) * _combined(one, "H", "NNH") * c["O"] * (1.0 - surplus * a * a)
+def _atoms(one: Gas, a: Any, surplus: Any, equilibrium: Any, fixed: Any) -> Any:
+    """NO made [mol/m3/s] by way of N and NH: extended Zeldovich, NNH, and the prompt path's ``fixed`` N2 [mol/m3/s].
+
+    Every rate is that at equilibrium of NO, N and NH with the gas's own N2, O and OH; ``n`` and ``nh`` are the amounts
+    over those. Half of the nitrogen that the prompt path fixes arrives as N, the other half (HCN) by way of NCO as NH.
+    """
+    pool, thermo, c = one.pool, one.thermo, one.pool.concentration
+    n_at = ca.exp(thermo.log_equilibrium({"N2": 1, "O": 1}, {"NO": 1, "N": 1})) * c["N2"] * c["O"] / equilibrium
+    nh_at = ca.exp(thermo.log_equilibrium({"N": 1, "H2": 1}, {"NH": 1, "H": 1})) * n_at * c["H2"] / c["H"]
+    zeldovich = pool.constant(2.7e13, energy=355.0) * n_at * equilibrium  # N + NO = N2 + O
+    burnt_n = (pool.constant(9.0e9, 1.0, 6500.0) * c["O2"] + pool.constant(3.36e13, energy=385.0) * c["OH"]) * n_at
+    burnt_nh = nh_at * (
+        pool.constant(4.0e13) * c["O"]
+        + pool.constant(2.0e13) * c["OH"]
+        + (pool.constant(1.28e6, 1.5, 100.0) + pool.constant(4.61e5, 2.0, 6500.0)) * c["O2"]
+        + pool.constant(2.0e13, energy=13850.0) * c["H2O"]
+    )
+    stripped = nh_at * (pool.constant(3.2e13, energy=330.0) * c["H"] + pool.constant(2.0e9, 1.2) * c["OH"])  # NH to N
+    reduced = nh_at * equilibrium * (pool.constant(2.16e13, -0.23) + pool.constant(3.65e14, -0.45))  # NH + NO
+    diazenyl = pool.constant(7.0e13) * _combined(one, "H", "NNH") * c["O"]  # NNH + O = NH + NO
+    # Steady state of N and NH, two linear equations
+    n_n, n_nh, n_0 = zeldovich * a + burnt_n + stripped, stripped, zeldovich + burnt_n * a + fixed
+    nh_nh = (diazenyl * surplus + reduced) * a + burnt_nh + stripped
+    nh_0 = diazenyl + reduced + burnt_nh * a + fixed
+    determinant = n_n * nh_nh - n_nh * stripped
+    n, nh = (n_0 * nh_nh + n_nh * nh_0) / determinant, (nh_0 * n_n + stripped * n_0) / determinant
+    return (
+        zeldovich * (1.0 - a * n)
+        + burnt_n * (n - a)
+        + burnt_nh * (nh - a)
+        + diazenyl * (1.0 - surplus * a * nh)
+        + reduced * (1.0 - a * nh)
+    )
 
 
 def _combined(one: Gas, atom: str, product: str) -> Any:
@@ -67,12 +92,18 @@ def _combined(one: Gas, atom: str, product: str) -> Any:
 
 
 def prompt(one: Gas) -> Any:
-    """Prompt NO [mol per mol of fuel carbon that breaks up in the gas ``one``] (C. P. Fenimore, 1971).
+    """N2 fixed by CH [mol per mol of carbon that passes through CH2 in the gas ``one``] (C. P. Fenimore, 1971).
 
-    Part of the carbon passes through CH; CH + N2 = HCN + N competes with the oxidation of CH, and lean gas turns both
-    nitrogen atoms into NO.
+    CH2 becomes CH as far as H and OH strip it before O, O2 and OH oxidise it; CH + N2 = HCN + N then competes with
+    the oxidation of CH.
     """
     pool, c = one.pool, one.pool.concentration
+    stripping = pool.constant(1.7e14, energy=450.0) * c["H"] + pool.constant(1.13e7, 2.0, 3000.0) * c["OH"]
+    oxidation = (
+        pool.constant(2.0e13) * c["OH"]
+        + pool.constant(8.0e13) * c["O"]
+        + pool.constant(1.32e13, energy=1500.0) * c["O2"]
+    )
     fixing = pool.constant(3.12e9, 0.88, 20130.0) * c["N2"]
     rest = (
         pool.constant(6.71e13) * c["O2"]
@@ -83,4 +114,4 @@ def prompt(one: Gas) -> Any:
         + pool.constant(1.08e14, energy=3110.0) * c["H2"]
         + pool.constant(1.9e14, energy=15792.0) * c["CO2"]
     )
-    return 2.0 * METHYLIDYNE * fixing / (rest + fixing)
+    return stripping / (stripping + oxidation) * fixing / (rest + fixing)

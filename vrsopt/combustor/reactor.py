@@ -85,12 +85,20 @@ def gas(x: Any, pressure: Any, stream: Stream) -> Gas:
 
 
 def equations(
-    x: Any, pressure: Any, inflow: Stream, volume_per_flow: Any, *, burning: Any, mode: Mode = "kinetic"
+    x: Any,
+    pressure: Any,
+    inflow: Stream,
+    volume_per_flow: Any,
+    *,
+    methylene: Any,
+    renewed: Any = 1.0,
+    mode: Mode = "kinetic",
 ) -> Any:
     """Seven scaled residuals of a reactor with ``inflow``; ``volume_per_flow`` [m3 s/kg] is volume over mass flow.
 
-    ``burning``: fuel carbon that breaks up in this reactor [mol per kg of inflow]. In ``"equilibrium"`` mode both slow
-    constraints are dropped (a start for the kinetic one).
+    ``methylene``: fuel carbon that passes through CH2 in this reactor [mol per kg of inflow]. ``renewed``: share of the
+    inflow that is not the zone's own gas. In ``"equilibrium"`` mode both slow constraints are dropped (a start for the
+    kinetic one).
     """
     one = gas(x, pressure, inflow)
     n = one.amount
@@ -108,7 +116,7 @@ def equations(
         *(ca.log(ratio) for ratio in atoms.values()),
         (enthalpy - inflow.enthalpy) / ENTHALPY_SCALE,
         *slow,
-        nitrogen.balance(one, inflow.no, volume_per_flow, burning) / NO_SCALE,
+        nitrogen.balance(one, inflow.no, volume_per_flow, methylene=methylene, renewed=renewed) / NO_SCALE,
     )
 
 

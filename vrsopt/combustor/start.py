@@ -16,7 +16,7 @@ import numpy as np
 
 from vrsopt.combustor.data import ReactorData
 from vrsopt.combustor.reactor import UNKNOWNS, Mode, equations, gas
-from vrsopt.combustor.zones import Stream, Zones, air_stream, leaving
+from vrsopt.combustor.zones import PRIMARY, Stream, Zones, air_stream, leaving
 
 COUNT = len(UNKNOWNS)
 LOG_STEP, TEMPERATURE_STEP = 2.0, 200.0  # largest changes of ln n and of the temperature [K] in one iteration
@@ -26,25 +26,25 @@ SWEEPS = 3
 LONGER_STAYS = (1000.0, 100.0, 10.0, 3.0, 1.0)  # times its volume: the way from equilibrium for a reactor that fails
 
 
-def network_start(data: ReactorData, fuel: Stream, points: np.ndarray) -> np.ndarray:
+def network_start(data: ReactorData, fuel: Stream, points: np.ndarray, pockets: int = PRIMARY) -> np.ndarray:
     """Starts (N, n) for the network's unknowns at parameters ``points`` (N, 5)."""
     pressure, temperature, air_flow, fuel_flow, humidity = np.asarray(points, dtype=float).T
     air = Stream(*_air()(temperature[None], humidity[None]).full())
-    zones, r = Zones.of(data, air, fuel, air_flow, fuel_flow), data.recirculation
+    zones, r = Zones.of(data, air, fuel, air_flow, fuel_flow, pockets), data.recirculation
     fresh, mean = zones.fresh(), zones.primary_mean()
-    burning, none = [(1.0 - r) * one.carbon for one in fresh], 0.0 * pressure
+    methylene, none = zones.methylene(), 0.0 * pressure
 
     def conditions(inflows: list[Stream], volume: np.ndarray, carbon: list[np.ndarray]) -> np.ndarray:
         columns = [np.array([pressure, volume, c, *one.parts()]) for one, c in zip(inflows, carbon, strict=True)]
         return np.concatenate(columns, axis=1)
 
-    c = conditions([one.mixed(mean, r) for one in fresh], zones.volumes[0], burning)
+    c = conditions([one.mixed(mean, r) for one in fresh], zones.volumes[0], methylene)
     primary = _balanced(c)
     for sweep in range(SWEEPS if r else 1):
         left = leaving(fresh, zones.primary_weights, _slow(primary, c, len(fresh)))
         mean = replace(left, no=left.no if sweep else none)  # the NO of equilibrium is far too much
         inflows = [one.mixed(mean, r) for one in fresh]
-        c = conditions(inflows, zones.volumes[0], burning)
+        c = conditions(inflows, zones.volumes[0], methylene)
         primary = _burnt(primary, c)
     mean = leaving(fresh, zones.primary_weights, _slow(primary, c, len(fresh)))
     inflows = zones.intermediate(mean)
@@ -81,7 +81,7 @@ def solve_reactors(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Damped Newton in every column: states (7, N) from ``start`` (7, N), and which of them converged (N,).
 
-    ``conditions`` (12, N): pressure, volume over flow, burning carbon and the nine parts of the inflow.
+    ``conditions`` (12, N): pressure, volume over flow, carbon by way of CH2 and the nine parts of the inflow.
     """
     x, done = start.copy(), np.zeros(start.shape[1], dtype=bool)
     most = np.array([LOG_STEP] * 5 + [TEMPERATURE_STEP])
@@ -139,8 +139,8 @@ def _air() -> ca.Function:
 def _compiled(mode: Mode) -> ca.Function:
     """State (7) and conditions (12) of a reactor -> residual (7) and its Jacobian by columns (7, 7)."""
     x, c = _symbols()
-    pressure, volume, burning, *parts = ca.vertsplit(c)
-    r = equations(x, pressure, Stream(*parts), volume, burning=burning, mode=mode)
+    pressure, volume, methylene, *parts = ca.vertsplit(c)
+    r = equations(x, pressure, Stream(*parts), volume, methylene=methylene, mode=mode)
     return ca.Function("reactor", [x, c], [r, ca.densify(ca.jacobian(r, x))])
 
 

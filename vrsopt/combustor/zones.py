@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from vrsopt.combustor.data import ReactorData
 from vrsopt.combustor.species import ATOMIC_MASS, Thermo, all_species
 
 PRIMARY, INTERMEDIATE = 9, 3  # pockets
@@ -93,29 +92,29 @@ def spread(cutoff: float, count: int) -> tuple[np.ndarray, np.ndarray]:
 class Zones:
     """The zones at one state: fuel mass fractions and volume over flow [m3 s/kg] of each."""
 
-    data: ReactorData
+    data: Any  # the numbers of ReactorData
     air: Stream
     fuel: Stream
     fuel_fractions: tuple[Any, Any, Any]
     volumes: tuple[Any, Any, Any]
+    pockets: int
 
     @staticmethod
-    def of(data: ReactorData, air: Stream, fuel: Stream, air_flow: Any, fuel_flow: Any) -> Zones:
+    def of(data: Any, air: Stream, fuel: Stream, air_flow: Any, fuel_flow: Any, pockets: int = PRIMARY) -> Zones:
         """The zones with ``air_flow`` and ``fuel_flow`` [kg/s]."""
         shares = (data.primary_air_fraction, data.primary_air_fraction + data.intermediate_air_fraction, 1.0)
         sizes = (data.primary_volume, data.intermediate_volume, data.dilution_volume)
         flows = [fuel_flow + share * air_flow for share in shares]
         first, second, third = (fuel_flow / flow for flow in flows)
         volumes = [size / flow for size, flow in zip(sizes, flows, strict=True)]
-        # What is mixed in lengthens the flow through the primary reactors, so that one passage is shorter.
-        return Zones(
-            data, air, fuel, (first, second, third), (volumes[0] * (1.0 - data.recirculation), volumes[1], volumes[2])
-        )
+        # What is mixed in adds to the flow through the primary reactors, so that one passage is shorter.
+        volumes[0] *= 1.0 - data.recirculation
+        return Zones(data, air, fuel, (first, second, third), (volumes[0], volumes[1], volumes[2]), pockets)
 
     @property
     def primary_weights(self) -> np.ndarray:
         """Share of the primary flow in each pocket."""
-        return spread(self.data.mixture_cutoff, PRIMARY)[1]
+        return spread(self.data.mixture_cutoff, self.pockets)[1]
 
     @property
     def intermediate_weights(self) -> np.ndarray:
@@ -125,8 +124,13 @@ class Zones:
     def fresh(self) -> list[Stream]:
         """Air and fuel of every primary pocket, before burnt gas is mixed in."""
         mean, s = self.fuel_fractions[0], self.data.primary_unmixedness
-        nodes = spread(self.data.mixture_cutoff, PRIMARY)[0]
+        nodes = spread(self.data.mixture_cutoff, self.pockets)[0]
         return [self.air.mixed(self.fuel, mean * (1.0 + s * float(z))) for z in nodes]
+
+    def methylene(self) -> list[Any]:
+        """Fuel carbon that passes through CH2 in every primary pocket [mol per kg of what flows in]."""
+        share = self.data.methylene_fraction * (1.0 - self.data.recirculation)
+        return [share * one.carbon for one in self.fresh()]
 
     def primary_mean(self) -> Stream:
         """Mean composition and enthalpy of the primary zone; moles, CO and NO still unburnt."""
