@@ -117,6 +117,13 @@ def test_derivatives_are_those_of_solutions_solved_again(mode, demand, changes):
         np.testing.assert_allclose(exact, (4 * near - far) / 3, rtol=1e-5, atol=1e-9 * np.max(np.abs(exact)))
 
 
+def test_far_beyond_the_engine_s_limits_there_are_numbers_or_nan_and_no_warning():
+    for power in (500e3, 700e3, 900e3):
+        found = emissions(ENGINE, engine_at(power, altitude=1000.0, isa_offset=20.0))
+        numbers = [found.nox, found.co, found.co2, found.nox_index]
+        assert np.isfinite(numbers).all() if found.success else np.isnan(numbers).all()
+
+
 def test_a_gas_path_that_failed_has_no_emissions():
     gas = engine_at(200e3)
     failed = replace(gas, success=False, status=Status.NO_PROGRESS, message="gas path: stuck")
