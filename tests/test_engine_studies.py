@@ -131,9 +131,10 @@ def test_no_number_inside_its_range_explains_the_flight_manual():
     assert len(names) == len(part_power.numbers(ENGINE)) > 25
     base, aim = part_power.point(ENGINE), part_power.target(ENGINE)
     ratios = [end.point.ratio for pair in pairs for end in pair if end is not None]
-    assert all(abs(ratio - base.ratio) < 0.01 for ratio in ratios)
-    assert min(ratios) - aim / base.take_off > 0.025
-    assert pairs[0][0].name == "compressor.efficiency_slope"
+    assert all(abs(ratio - base.ratio) < 0.015 for ratio in ratios)
+    assert min(ratios) - aim / base.take_off > 0.02
+    strongest = [pair[0].name for pair in pairs[:2]]
+    assert strongest == ["power_turbine.best_velocity_ratio", "compressor.efficiency_slope"]
     shape, _ = part_power.favourable(ENGINE, without=("design_point",))
     assert aim < part_power.point(shape).flight < base.flight
 

@@ -129,6 +129,18 @@ def test_best_power_turbine_speed_falls_with_gas_generator_speed(engine):
     assert np.all(np.diff(list(best.values())) < 0)
 
 
+def test_the_triangles_move_the_best_speed_and_halve_what_a_slower_turbine_saves():
+    saved = []
+    for engine in (ENGINE, ENGINE.variant("triangles_optimum")):
+        speeds = np.linspace(0.6, 1.3, 141)
+        fuel = many(200e3, speeds, engine=engine)["fuel_flow"]
+        best, here = int(np.argmin(fuel)), int(np.argmin(abs(speeds - 1.0)))
+        out = solved(200e3, engine=engine, power_turbine_speed=speeds[best])
+        assert speeds[best] == pytest.approx(out["best_power_turbine_speed"], abs=0.01)
+        saved.append(1.0 - fuel[best] / fuel[here])
+    assert 0.3 < saved[1] / saved[0] < 0.7
+
+
 def test_gain_of_the_best_power_turbine_speed_grows_with_the_turbine_map_curvature():
     gains = []
     for curvature in (0.2, 0.75):

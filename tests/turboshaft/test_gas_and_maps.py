@@ -60,6 +60,13 @@ def test_turbine_work_is_efficiency_times_isentropic_work():
     assert maps.turbine_work(curvature, speed, spouting) == pytest.approx(efficiency * spouting**2, rel=1e-12)
 
 
+def test_the_best_velocity_ratio_is_where_efficiency_is_highest():
+    ratio = np.linspace(0.6, 1.5, 901)
+    efficiency = maps.turbine_work(0.9, 0.8 * ratio, 0.8, best=1.1) / 0.8**2
+    assert ratio[np.argmax(efficiency)] == pytest.approx(1.1)
+    assert maps.turbine_work(0.9, 1.0, 1.0, best=1.1) == pytest.approx(1.0, rel=1e-14)
+
+
 def test_combustion_efficiency_falls_with_loading_to_a_floor():
     data = load_engine().combustor
     assert maps.combustion_efficiency(data, 1.0) == pytest.approx(data.efficiency, rel=1e-14)

@@ -84,9 +84,13 @@ class GasGeneratorTurbineData(Record):
 
 
 class PowerTurbineData(Record):
-    """Power (free) turbine; its design efficiency follows from the design point."""
+    """Power (free) turbine; its design efficiency follows from the design point.
+
+    ``best_velocity_ratio``: blade speed over spouting velocity of the highest efficiency, over the design point's.
+    """
 
     speed_curvature: Number
+    best_velocity_ratio: Annotated[float, Unit("-"), Field(ge=0.8, le=1.3)]
     flow_exponent: Positive
     mechanical_efficiency: Efficiency
     duct_pressure_loss: Fraction

@@ -73,7 +73,13 @@ def turbine_map(data: TurbineData, state: TurbineState) -> tuple[Any, Any]:
     return flow, turbine_work(data.speed_curvature, state.speed, state.spouting)
 
 
-ANALYTIC = ComponentMaps(compressor_map, turbine_map, turbine_map)
+def power_turbine_map(data: PowerTurbineData, state: TurbineState) -> tuple[Any, Any]:
+    """:func:`turbine_map` of a turbine whose best velocity ratio need not be the design point's."""
+    flow, _ = turbine_map(data, state)
+    return flow, turbine_work(data.speed_curvature, state.speed, state.spouting, best=data.best_velocity_ratio)
+
+
+ANALYTIC = ComponentMaps(compressor_map, turbine_map, power_turbine_map)
 
 
 def surge_margin(
@@ -106,12 +112,14 @@ def combustor_loading(air_flow: Any, pressure: Any, temperature: Any) -> Any:
     return air_flow / (pressure**LOADING_PRESSURE * ca.exp(temperature / LOADING_TEMPERATURE))
 
 
-def turbine_work(curvature: float, speed: Any, spouting_velocity: Any) -> Any:
+def turbine_work(curvature: float, speed: Any, spouting_velocity: Any, *, best: float = 1.0) -> Any:
     """Turbine work over the design point's: efficiency times isentropic drop, regular down to no drop at all.
 
-    ``spouting_velocity`` c = sqrt(isentropic drop/its design value). Equals c^2 [1 - a (n/c - 1)^2].
+    ``spouting_velocity`` c = sqrt(isentropic drop/its design value). w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2]:
+    efficiency is a parabola of the velocity ratio n/c with its top at b = ``best``; with b = 1, c^2 [1 - a (n/c - 1)^2].
     """
-    return spouting_velocity**2 - curvature * (speed - spouting_velocity) ** 2
+    c = spouting_velocity
+    return c**2 - curvature * ((speed - best * c) ** 2 - (1.0 - best) ** 2 * c**2)
 
 
 def swallowing(expansion_ratio: Any, exponent: float) -> Any:

@@ -210,7 +210,7 @@ class Path:
         self.outputs |= {
             "power": data.mechanical_efficiency * self.w45 * (self.h45 - h5),
             "exhaust_temperature": t5,
-            "best_power_turbine_speed": spouting,
+            "best_power_turbine_speed": data.best_velocity_ratio * spouting,
         }
 
     def _h(self, temperature: Any) -> Any:

@@ -28,6 +28,7 @@ from vrsopt.residual import Named, ResidualSystem, Unknown
 from vrsopt.turboshaft.cycle import sized
 from vrsopt.turboshaft.data import EngineData
 from vrsopt.turboshaft.gas import enthalpy, gas_constant
+from vrsopt.turboshaft.maps import turbine_work
 
 Incidence = Literal["cosine", "moustapha"]
 SPEED = 33290.0 * math.pi / 30.0  # rad/s, 100 % power-turbine speed of the 250 series
@@ -265,12 +266,8 @@ def _bulk_solver(duty: Duty, incidence: Incidence) -> BulkSolver:
 
 
 def work_over_design(fit: Fit, speed: Any, spouting_velocity: Any) -> Any:
-    """The fitted form w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2]; floats, arrays or CasADi expressions.
-
-    With b = 1 it is :func:`vrsopt.turboshaft.maps.turbine_work`.
-    """
-    offset = (speed - fit.best * spouting_velocity) ** 2 - (1.0 - fit.best) ** 2 * spouting_velocity**2
-    return spouting_velocity**2 - fit.curvature * offset
+    """Work of the fitted map over the design point's; floats, arrays or CasADi expressions."""
+    return turbine_work(fit.curvature, speed, spouting_velocity, best=fit.best)
 
 
 def fitted(speed: np.ndarray, spouting_velocity: np.ndarray, work: np.ndarray, *, best: float | None = 1.0) -> Fit:
