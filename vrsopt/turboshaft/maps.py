@@ -116,7 +116,7 @@ def turbine_work(curvature: float, speed: Any, spouting_velocity: Any, *, best: 
     """Turbine work over the design point's: efficiency times isentropic drop, regular down to no drop at all.
 
     ``spouting_velocity`` c = sqrt(isentropic drop/its design value). w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2]:
-    efficiency is a parabola of the velocity ratio n/c with its top at b = ``best``; with b = 1, c^2 [1 - a (n/c - 1)^2].
+    efficiency is a parabola of the velocity ratio n/c, highest at b = ``best``; with b = 1, c^2 [1 - a (n/c - 1)^2].
     """
     c = spouting_velocity
     return c**2 - curvature * ((speed - best * c) ** 2 - (1.0 - best) ** 2 * c**2)
