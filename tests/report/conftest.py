@@ -116,6 +116,7 @@ def two_fits(comparison):
 
     results = {}
     for name, result in comparison.results.items():
-        changes = result.changes | {"nox_other": result.changes["nox"] + (0.0 if name == "nominal" else 2.0)}
+        own = {key: value for key, value in result.changes.items() if not key.startswith("nox_")}
+        changes = own | {"nox_other": result.changes["nox"] + (0.0 if name == "nominal" else 2.0)}
         results[name] = replace(result, emissions=with_other(only(result.emissions)), changes=changes)
     return replace(comparison, results=results)

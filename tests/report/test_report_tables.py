@@ -3,7 +3,15 @@
 import re
 from dataclasses import replace
 
-from vrsopt.report.emission_tables import EMISSION_HEADINGS, PHASE_HEADINGS, emission_rows, label, phase_rows
+from vrsopt.report.emission_tables import (
+    EMISSION_HEADINGS,
+    PHASE_HEADINGS,
+    between,
+    emission_rows,
+    label,
+    number,
+    phase_rows,
+)
 from vrsopt.report.tables import HEADINGS, footer, remarks, summary_rows, summary_text
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
 
@@ -110,6 +118,13 @@ def test_a_nominal_schedule_that_is_not_flyable_is_pointed_out(broken):
     changed = type(broken)(**{**vars(broken), "results": results})
     assert any("nominal schedule itself is not flyable" in line for line in remarks(changed))
     assert not any("nominal schedule itself" in line for line in remarks(broken))
+
+
+def test_numbers_as_text():
+    assert (
+        number(-0.004, "+.2f") == "+0.00" and number(-0.006, "+.2f") == "-0.01" and number(float("nan"), ".1f") == "-"
+    )
+    assert between((1.0, 3.0, 2.0), ".1f") == "1.0 to 3.0" and between((1.04, 1.01), ".1f") == "1.0"
 
 
 def test_labels():

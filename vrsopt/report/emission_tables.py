@@ -129,8 +129,11 @@ def between(values: Iterable[float], form: str) -> str:
 
 
 def number(value: float, form: str) -> str:
-    """A number as text, or that there is none."""
-    return format(value, form) if math.isfinite(value) else NOTHING
+    """A number as text, zero without a minus, or that there is none."""
+    if not math.isfinite(value):
+        return NOTHING
+    text = format(value, form)
+    return text if float(text) else format(0.0, form)
 
 
 def _change(value: float, base: float, compared: bool) -> str:

@@ -39,7 +39,7 @@ h1, h2 { line-height: 1.2; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: bottom; }
 th:first-child, td:first-child, td.words { text-align: left; }
-td { white-space: nowrap; }
+td:not(:first-child) { white-space: nowrap; }
 summary { cursor: pointer; margin: 0.5rem 0; }
 .bad { color: #a03000; font-weight: 600; }
 figure { margin: 1.5rem 0; }

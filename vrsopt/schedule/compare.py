@@ -111,6 +111,7 @@ class _Study:
         self.nominal = nominal_schedule(self.profile, self.settings)
         self.loading = self._close(self.nominal)
         self._check_mass()
+        _ = self.make.plant.emission_table  # before the searches: what fails should fail at once
 
     def compare(self, names: Sequence[str], variables: Variables) -> Comparison:
         """Schedules of ``names`` with the given variables free, flown and compared."""

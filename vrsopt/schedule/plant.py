@@ -11,7 +11,7 @@ from vrsopt import foca
 from vrsopt.atmosphere import standard_air
 from vrsopt.drive_train import engine_power, smooth_max
 from vrsopt.limits import Limits
-from vrsopt.surrogate.emission_table import emission_table
+from vrsopt.surrogate.emission_table import EmissionTable, emission_table
 from vrsopt.surrogate.engine_table import EngineTable
 
 
@@ -53,18 +53,25 @@ class Plant:
             limits.tail_usage(tail_loading, Omega, speed),
         )
 
+    @property
+    def emission_table(self) -> EmissionTable:
+        """Made at the first call in a process, which takes some seconds: a search for a schedule does not need it.
+
+        Raises :class:`NoSolutionError` where gas path or combustor can not be solved.
+        """
+        return emission_table(engine_data=self.limits.engine, isa_offset=self.isa_offset)
+
     def emissions(
         self, altitude: Any, mach: Any, node: Any, *, fuel_flow: Any, power: Any, rotor_speed: Any
     ) -> dict[str, np.ndarray]:
         """Emissions of all engines [kg/s] by name at nodes ``node`` (N,) among the conditions ``altitude`` [m] and
         ``mach`` (n,); fuel flow of all engines [kg/s], power of one [W] and rotor speed [rad/s] are (N, k).
 
-        The tables are made at the first call in a process, which takes a second or two.
+        Raises what :attr:`emission_table` raises.
         """
-        aircraft = self.limits.aircraft
-        table = emission_table(engine_data=self.limits.engine, isa_offset=self.isa_offset)
+        table = self.emission_table
         generator, indices = (series[node] for series in table.contract(altitude, mach))
-        ratio = rotor_speed / aircraft.main_rotor.nominal_rotor_speed
+        ratio = rotor_speed / self.limits.aircraft.main_rotor.nominal_rotor_speed
         # the flow of an index is proportional to the fuel, so that all engines' fuel gives all engines' emissions
         flows = table.evaluate((generator, indices), fuel_flow, power, ratio)
         return flows | {"foca_nox": fuel_flow * foca.nox_index(power), "foca_co": fuel_flow * foca.co_index(power)}

@@ -130,6 +130,7 @@ def _tabulated(text: str, isa_offset: float) -> EmissionTable:
     flat = grid.reshape(-1, 3)
     rows = (flat[:, 0], np.full(len(flat), SPEED), flat[:, 1], np.sqrt(flat[:, 2]))
     solved = _indices(data, isa_offset, "gas_generator_speed", rows)
+    _all_known(solved, rows, f"{data.name}: table of emissions at ISA{isa_offset:+g} K")
     values = np.log(np.stack(list(solved.values()))).reshape(len(solved), *grid.shape[:-1])
     made = EmissionTable(table, tuple(solved), (low, high), chebyshev.coefficients(values, 3), {})
     return replace(made, error=_errors(made, data))
@@ -150,21 +151,21 @@ def _speed_range(table: EngineTable) -> tuple[float, float]:
 
 def _indices(data: EngineData, isa_offset: float, mode: Mode, rows: tuple[Array, ...]) -> dict[str, Array]:
     """Emission indices [kg/kg] by name of the table, each (N,), at rows (N,) of demand, power-turbine speed, altitude
-    and Mach.
-
-    Raises :class:`NoSolutionError` for a point that is not solved.
-    """
+    and Mach; nan where gas path or combustor was not solved."""
     demand, speed, altitude, mach = rows
     zero = np.zeros(len(demand))
     columns = (demand, speed, altitude, zero + isa_offset, mach, zero, zero, zero)
     answer = solve_many(np.column_stack(columns), mode=mode, engine_data=data)
-    flows = flows_of_fits(data, answer.outputs)
-    for name, flow in flows.items():
-        bad = np.flatnonzero(~np.isfinite(flow))
+    return {name: flow / answer.outputs["fuel_flow"] for name, flow in flows_of_fits(data, answer.outputs).items()}
+
+
+def _all_known(indices: Mapping[str, Array], rows: tuple[Array, ...], where: str) -> None:
+    for name, values in indices.items():
+        bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            place = f"{name}: {len(bad)} points not solved, first at {altitude[bad[0]]:.0f} m, {demand[bad[0]]:g}"
-            raise NoSolutionError(f"{data.name}: table of emissions at ISA{isa_offset:+g} K: {place}")
-    return {name: flow / answer.outputs["fuel_flow"] for name, flow in flows.items()}
+            speed, _, altitude, _ = (column[bad[0]] for column in rows)
+            place = f"gas generator at {100 * speed:.1f} %, {altitude:.0f} m"
+            raise NoSolutionError(f"{where}: {name}: {len(bad)} points not solved, first with the {place}")
 
 
 def flows_of_fits(data: EngineData, states: Mapping[str, Array]) -> dict[str, Array]:
@@ -178,10 +179,10 @@ def flows_of_fits(data: EngineData, states: Mapping[str, Array]) -> dict[str, Ar
 
 
 def _errors(table: EmissionTable, data: EngineData) -> dict[str, float]:
-    """Largest relative error of each index at random points of the engine table's box."""
+    """Largest relative error of each index at those of some random points of the engine table's box that are solved."""
     low, high = np.array([table.engine.power_range, SPEEDS, ALTITUDES, MACHS]).T
     rows = tuple(np.random.default_rng(0).uniform(low, high, (CHECKS, 4)).T)
     exact = _indices(data, table.engine.isa_offset, "power", rows)
     power, speed, altitude, mach = rows
     found = table.evaluate(table.contract(altitude, mach), np.ones(CHECKS), power, speed)
-    return {name: float(np.max(np.abs(found[name] / exact[name] - 1.0))) for name in table.names}
+    return {name: float(np.nanmax(np.abs(found[name] / exact[name] - 1.0))) for name in table.names}
