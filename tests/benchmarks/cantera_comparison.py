@@ -1,7 +1,9 @@
 """The combustor's chemistry against Cantera's, as one JSON object: python tests/benchmarks/cantera_comparison.py
 
 Single reactors (48 cases) and the zone network of the shipped engine on its operating line, each with the whole of
-GRI-Mech 3.0, without prompt NO, and with thermal NO and N2O only. Ratios are ours over Cantera's.
+GRI-Mech 3.0, without prompt NO, and with thermal NO and N2O only; ``broken`` is without prompt NO, its fuel as CO and
+H2 like ours (no hydrocarbons that reduce NO). Ours has the prompt NO of the mechanism it stands
+beside (``ours_full``: ethylene's; ``ours_no_prompt``) and, in the network, also that of the engine's data (``ours``).
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from cantera_zones import network
 
 from vrsopt.combustor.data import ReactorData
 from vrsopt.combustor.network import combustor
+from vrsopt.combustor.nitrogen import ETHYLENE
 from vrsopt.combustor.reactor import MAJOR, Mode
 from vrsopt.combustor.start import solve_reactors
 from vrsopt.combustor.zones import air_stream, fuel_stream
@@ -26,6 +29,7 @@ from vrsopt.turboshaft.data import EngineData, load_engine
 
 MECHANISMS: tuple[Nitrogen, ...] = ("full", "no_prompt", "thermal")
 STATES = ("compressor_exit_pressure", "compressor_exit_temperature", "combustor_air_flow", "fuel_flow")
+METHYLENE = {"full": ETHYLENE, "no_prompt": 0.0, "thermal": 0.0, "inert": 0.0}  # our prompt NO by mechanism
 POWERS = (0.07, 0.3, 0.6, 0.78, 1.0)  # of the take-off rating
 SLOPES_AT = (0.6, 1.0)
 HUMIDITY, FUEL = 0.005, 0.01  # half steps of the slopes: kg/kg, relative
@@ -75,11 +79,11 @@ def single(gas: Gas, case: Case) -> dict[str, float]:
 
 
 def _ours(gas: Gas, case: Case, fuel_fraction: float, volume_per_flow: float, start: Burnt, mode: Mode) -> np.ndarray:
-    """Unknowns of our reactor; its prompt NO, which a ``gas`` without it has not, only with the whole mechanism."""
+    """Unknowns of our reactor, with the prompt NO of the mechanism of ``gas``."""
     air = air_stream(case["temperature"], 0.0)
     inflow = air.mixed(fuel_stream(gas.hydrogen_to_carbon, gas.heating_value), fuel_fraction)
-    burning = inflow.carbon if gas.nitrogen == "full" else 0.0
-    conditions = np.array([[case["pressure"], volume_per_flow, burning, *map(float, inflow.parts())]]).T
+    methylene = METHYLENE[gas.nitrogen] * inflow.carbon
+    conditions = np.array([[case["pressure"], volume_per_flow, methylene, *map(float, inflow.parts())]]).T
     log = [np.log(1e3 * max(gas.moles(start.stream, name), 1e-15)) for name in MAJOR]
     no = 1e3 * gas.nox(start.stream)
     x, done = solve_reactors(np.array([[*log, start.temperature, no]]).T, conditions, mode, 1e-8)
@@ -120,11 +124,11 @@ def our_zones(engine: EngineData, reactors: ReactorData, state: State) -> dict[s
     return {name: float(solution.outputs[name]) for name in names}
 
 
-def slopes(nox_index: Callable[[State], float], state: State) -> dict[str, float]:
+def slopes(solve: Callable[[State], dict[str, float]], state: State) -> dict[str, float]:
     """d ln EINOx/d humidity [kg/kg] and d ln EINOx/d ln(fuel flow), all else of the state fixed, by differences."""
 
     def log(humidity: float, fuel: float) -> float:
-        return float(np.log(nox_index((*state[:3], state[3] * fuel, humidity))))
+        return float(np.log(solve((*state[:3], state[3] * fuel, humidity))["nox_index"]))
 
     wet = (log(2 * HUMIDITY, 1.0) - log(0.0, 1.0)) / (2 * HUMIDITY)
     fuel = (log(0.0, 1 + FUEL) - log(0.0, 1 - FUEL)) / np.log((1 + FUEL) / (1 - FUEL))
@@ -132,28 +136,30 @@ def slopes(nox_index: Callable[[State], float], state: State) -> dict[str, float
 
 
 def compared_networks(engine: EngineData, reactors: ReactorData) -> list[dict[str, object]]:
-    """The operating line: ours and every mechanism's network, with slopes at two powers."""
+    """The operating line: every mechanism's network and ours, with slopes at two powers."""
     data = engine.combustor
-    gases = {
+    theirs: dict[str, Gas] = {
         name: Gas(name, hydrogen_to_carbon=data.hydrogen_to_carbon, heating_value=data.heating_value)
         for name in MECHANISMS
     }
+    theirs["broken"] = Gas(
+        "no_prompt", fuel="broken", hydrogen_to_carbon=data.hydrogen_to_carbon, heating_value=data.heating_value
+    )
+    ours = {"ours": reactors} | {
+        f"ours_{name}": reactors.replaced(methylene_fraction=METHYLENE[name]) for name in ("full", "no_prompt")
+    }
+    solvers: dict[str, Callable[[State], dict[str, float]]] = {
+        **{name: partial(our_zones, engine, mine) for name, mine in ours.items()},
+        **{name: partial(cantera_zones, gas, reactors) for name, gas in theirs.items()},
+    }
     points: list[dict[str, object]] = []
     for power, state in zip(POWERS, operating_line(engine), strict=True):
-        point: dict[str, object] = {"power": power, "state": state, "ours": our_zones(engine, reactors, state)}
-        point |= {name: cantera_zones(gas, reactors, state) for name, gas in gases.items()}
+        point: dict[str, object] = {"power": power, "state": state}
+        point |= {name: solve(state) for name, solve in solvers.items()}
         if power in SLOPES_AT:
-            kinds: dict[str, Callable[[State], float]] = {
-                name: partial(_nox_index, gas, reactors) for name, gas in gases.items()
-            }
-            kinds["ours"] = lambda state: our_zones(engine, reactors, state)["nox_index"]
-            point["slopes"] = {name: slopes(index, state) for name, index in kinds.items()}
+            point["slopes"] = {name: slopes(solve, state) for name, solve in solvers.items()}
         points.append(point)
     return points
-
-
-def _nox_index(gas: Gas, reactors: ReactorData, state: State) -> float:
-    return network(gas, reactors, state).nox_index
 
 
 def _rounded(value: object) -> object:
