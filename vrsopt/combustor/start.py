@@ -27,7 +27,12 @@ LONGER_STAYS = (1000.0, 100.0, 10.0, 3.0, 1.0)  # times its volume: the way from
 
 
 def network_start(data: ReactorData, fuel: Stream, points: np.ndarray, pockets: int = PRIMARY) -> np.ndarray:
-    """Starts (N, n) for the network's unknowns at parameters ``points`` (N, 5)."""
+    """Starts (N, n) for the network's unknowns at parameters ``points`` (N, 5); not finite where nothing can burn."""
+    with np.errstate(all="ignore"):
+        return _network_start(data, fuel, points, pockets)
+
+
+def _network_start(data: ReactorData, fuel: Stream, points: np.ndarray, pockets: int) -> np.ndarray:
     pressure, temperature, air_flow, fuel_flow, humidity = np.asarray(points, dtype=float).T
     air = Stream(*_air()(temperature[None], humidity[None]).full())
     zones, r = Zones.of(data, air, fuel, air_flow, fuel_flow, pockets), data.recirculation
@@ -90,13 +95,14 @@ def solve_reactors(
         r, jacobian = (part.full() for part in _compiled(mode)(x[:, todo], conditions[:, todo]))
         matrices = jacobian.reshape(COUNT, todo.size, COUNT).transpose(1, 0, 2)
         fine = np.isfinite(r).all(axis=0) & np.isfinite(matrices).all(axis=(1, 2))
+        fine[fine] = np.isfinite(np.linalg.slogdet(matrices[fine])[1])  # singular where everything underflows
         near = fine & (np.max(np.abs(r), axis=0) < tolerance)
         keep = fine & ~near
         done[todo[near]] = True
         todo, matrices, r = todo[keep], matrices[keep], r[:, keep]
         if not todo.size:
             break
-        step = -np.linalg.solve(matrices + 1e-14 * np.eye(COUNT), r.T[:, :, None])[:, :, 0].T
+        step = -np.linalg.solve(matrices, r.T[:, :, None])[:, :, 0].T
         no = x[6, todo]
         x[:, todo] += step / np.maximum(np.max(np.abs(step[:6]) / most[:, None], axis=0), 1.0)
         x[6, todo] = np.maximum(x[6, todo], 0.1 * no)  # a second root, of no meaning, is negative
