@@ -118,7 +118,7 @@ def test_derivatives_are_those_of_solutions_solved_again(mode, demand, changes):
 
 
 def test_far_beyond_the_engine_s_limits_there_are_numbers_or_nan_and_no_warning():
-    for power in (500e3, 700e3, 900e3):
+    for power in (500e3, 700e3, 800e3):
         found = emissions(ENGINE, engine_at(power, altitude=1000.0, isa_offset=20.0))
         numbers = [found.nox, found.co, found.co2, found.nox_index]
         assert np.isfinite(numbers).all() if found.success else np.isnan(numbers).all()

@@ -86,11 +86,11 @@ def emissions(engine: EngineData, gas_path: Solution) -> Emissions:
         fits = {name: _burnt(system, gas_path) for name, system in _combustors(engine).items()}
     shipped, fuel = fits[SHIPPED], gas_path.outputs["fuel_flow"]
     indices = {name: shipped.outputs[name] if shipped.success else math.nan for name in INDICES}
-    failed = [f"{name} fit: {other.message}" for name, other in fits.items() if not (name == SHIPPED or other.success)]
+    others = [f"{name} fit: {other.message}" for name, other in fits.items() if shipped.success and not other.success]
     return Emissions(
         success=shipped.success,
         status=shipped.status,
-        message="; ".join((shipped.message, *failed)),
+        message="; ".join((shipped.message, *others)),
         residual_norm=shipped.residual_norm,
         **{name: indices[f"{name}_index"] * fuel for name in SPECIES},
         **indices,
