@@ -14,7 +14,7 @@ from vrsopt.combustor.start import network_start
 from vrsopt.combustor.zones import fuel_stream
 
 CHUNK = 20  # points per compiled call: a network is large
-ANCHORS = 100  # points that are solved first, from a start reactor by reactor; the others start from a fit of these
+ANCHORS = 60  # points that are solved first, from a start reactor by reactor; the others start from a fit of these
 
 
 def solve_combustor_many(
