@@ -4,9 +4,10 @@ Four numbers nobody published (air and unmixedness of the primary zone, volumes 
 are solved by least squares on four residuals: ln NOx at 30, 60 and 100 % of the take-off rating and, with weight 0.3,
 ln CO at 100 %. The states of the combustor are the gas path's: sea level, standard dry day, at rest, free turbine at
 100 %. Every number stays inside the range that the data file states for it: met exactly, the four residuals want a
-primary zone of a tenth of a litre, in which nothing would burn. FOCA's formula is an average of a fleet and good to a
-factor of two for one engine: agreement at the fitted powers is no validation, and the powers between them share the
-formula. What is not fitted: idle, CO below 100 %, the effects of humidity, pressure and temperature.
+primary zone of little more than a tenth of a litre, a tenth of what fits into such a can. FOCA's formula is an average
+of a fleet and good to a factor of two for one engine: agreement at the fitted powers is no validation, and the powers
+between them share the formula. What is not fitted: idle, CO below 100 %, the effects of humidity, pressure and
+temperature.
 
 The two fits of the data file differ in where the spread of the mixture is cut off.
 
