@@ -2,6 +2,7 @@
 
 import math
 import time
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from vrsopt.aircraft import load_aircraft
 from vrsopt.atmosphere import GRAVITY, standard_air
 from vrsopt.combustor.emissions import emissions
 from vrsopt.errors import InputError
-from vrsopt.helicopter import helicopter, trim
+from vrsopt.helicopter import Helicopter, helicopter, trim
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.operating_point import OperatingPoint
 from vrsopt.residual import TOLERANCE
@@ -274,3 +275,12 @@ def test_steep_descent_needs_no_less_than_idle_power():
     assert point.success
     assert point.main_rotor_power + point.tail_rotor_power < 0
     assert point.shaft_power_per_engine == pytest.approx(0.07 * 313e3, rel=0.02)
+
+
+def test_the_hash_of_the_data_counts_every_fit_of_the_combustor():
+    other = Helicopter(MACHINE.aircraft)
+    assert other.data_hash == MACHINE.data_hash
+    changed = deepcopy(MACHINE.engine.variants)
+    changed["wide_mixing"]["reactors"]["dilution_volume"]["value"] *= 0.99
+    other.engine = MACHINE.engine.model_copy(update={"variants": changed})
+    assert other.data_hash != MACHINE.data_hash

@@ -96,12 +96,9 @@ def print_version(wanted: bool) -> None:
     """Print the version of program, model and data, and end, if ``wanted``."""
     if wanted:
         from vrsopt import __version__
-        from vrsopt.aircraft import data_hash, load_aircraft
-        from vrsopt.helicopter import MODEL_VERSION
-        from vrsopt.turboshaft.data import load_engine
+        from vrsopt.helicopter import MODEL_VERSION, helicopter
 
-        aircraft = load_aircraft()
-        print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {data_hash(aircraft, load_engine(aircraft.engine))}")
+        print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {helicopter().data_hash}")
         raise typer.Exit()
 
 

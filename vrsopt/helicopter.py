@@ -13,9 +13,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from vrsopt.aircraft import Aircraft, load_aircraft
+from vrsopt.aircraft import Aircraft, data_hash, load_aircraft
 from vrsopt.atmosphere import standard_air
-from vrsopt.combustor.emissions import INDICES, SPECIES, emissions
+from vrsopt.combustor.emissions import INDICES, SPECIES, emissions, reactor_fits
 from vrsopt.drive_train import engine_parameters, engine_power, operating_engines
 from vrsopt.equilibrium import trim_system
 from vrsopt.errors import InputError
@@ -50,6 +50,11 @@ class Helicopter:
     def __init__(self, aircraft: Aircraft) -> None:
         self.aircraft = aircraft
         self.engine: EngineData = load_engine(self.aircraft.engine)
+
+    @property
+    def data_hash(self) -> str:
+        """Hash of all numbers behind a point: those of aircraft and engine, and the other fits of its combustor."""
+        return data_hash(self.aircraft, self.engine, *reactor_fits(self.engine).values())
 
     def trim(
         self,

@@ -132,3 +132,10 @@ def test_singular_jacobian_does_not_pass_for_a_root():
     system = Counted(lambda x: [x[0] + x[1] - 1, x[0] + x[1] - 2], lambda x: [[1.0, 1.0], [1.0, 1.0]])
     result = newton(system.residual, system.jacobian, start=np.zeros(2))  # and without a warning
     assert result.status is not Status.CONVERGED
+
+
+def test_numbers_beyond_all_bounds_end_without_success_and_without_a_warning():
+    result = newton(
+        lambda x: 1e200 * (1.0 + x**2), lambda x: np.diag(2e200 * x), start=np.array([0.5, 0.3]), max_iterations=20
+    )
+    assert result.status is not Status.CONVERGED

@@ -16,7 +16,6 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from vrsopt.aircraft import data_hash
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.limits import Limits
@@ -102,8 +101,7 @@ class _Study:
         self.profile = Profile.of(mission)
         margin = mission.limits.manoeuvre_margin or self.machine.aircraft.blade_loading_limit.manoeuvre_margin
         self.limits = Limits(self.machine.aircraft, self.machine.engine, mission.limits.limits, margin)
-        hashed = data_hash(self.machine.aircraft, self.machine.engine)
-        self.surrogate = _loaded(surrogate, hashed)
+        self.surrogate = _loaded(surrogate, self.machine.data_hash)
         self.settings = schedule_settings(mission, self.machine)
         self.make = SurrogateAircraft(self.surrogate, self.limits, isa_offset=mission.isa_offset_k)
         say("surrogate along the mission")

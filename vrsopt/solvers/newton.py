@@ -36,6 +36,7 @@ class NewtonResult:
     jacobians: int
 
 
+@np.errstate(over="ignore")  # a diverging iterate may overflow: it ends without success
 def newton(
     residual: Callable[[np.ndarray], np.ndarray],
     jacobian: Callable[[np.ndarray], np.ndarray],

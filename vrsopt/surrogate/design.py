@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vrsopt.aircraft import data_hash
 from vrsopt.helicopter import MODEL_VERSION, helicopter
 from vrsopt.limits import Limits
 from vrsopt.surrogate.database import PointRecord
@@ -38,8 +37,7 @@ AIRCRAFT = "bo105"
 
 def model_data_hash() -> str:
     """Hash of the aircraft and engine numbers behind :func:`evaluate`."""
-    machine = helicopter(AIRCRAFT)
-    return data_hash(machine.aircraft, machine.engine)
+    return helicopter(AIRCRAFT).data_hash
 
 
 def sample(

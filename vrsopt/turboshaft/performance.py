@@ -92,7 +92,7 @@ class EngineResult:
             ("fuel flow", f"{self.fuel_flow_kg_s * 3600:.1f} kg/h ({sfc})"),
             ("CO2", f"{self.co2_kg_s * 3600:.1f} kg/h"),
             ("NOx", f"{self.nox_kg_s * 3.6e6:.0f} g/h ({self.nox_index_g_kg:.2f} g/kg), {low:.0f} to {high:.0f} g/h"),
-            ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg)"),
+            ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg); hydrocarbons are not modelled"),
             ("gas generator", f"{self.gas_generator_speed_percent:.1f} %, pressure ratio {self.pressure_ratio:.2f}"),
             (
                 "air flow",
@@ -129,7 +129,7 @@ def engine(
     ``humidity`` (kg of water vapour per kg of dry air), ``bleed_fraction`` (of the compressor's air), ``power_offtake``
     (taken from the gas generator) [W].
     ``engine_data`` defaults to the Allison 250-C20B. Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) and
-    the combustor (:func:`vrsopt.combustor.emissions.emissions`) by IPOPT and tests the engine's limits. Raises
+    the combustor (:func:`vrsopt.combustor.emissions.emissions`) and tests the engine's limits. Raises
     :class:`InputError` for a value outside ``ALLOWED``, an unknown rating, or another number of demands than one.
     """
     data = engine_data if engine_data is not None else load_engine()
