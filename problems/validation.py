@@ -16,6 +16,7 @@ from pathlib import Path
 
 import convergence
 import numpy as np
+import validation_engine
 import validation_rotor
 from page_table import table
 
@@ -25,7 +26,6 @@ from vrsopt.schedule.compare import solve
 from vrsopt.surrogate.training import fit
 
 HERE = Path(__file__).parent
-KNOT = 1852 / 3600  # m/s
 
 
 def section(deck: Path) -> Iterator[str]:
@@ -53,18 +53,14 @@ def section(deck: Path) -> Iterator[str]:
 
 def engine() -> Iterator[str]:
     yield "## Engine\n"
-    rated, manual = vrsopt.engine(313e3), vrsopt.engine(257e3, mach=131.5 * KNOT / 340.3)
-    part = vrsopt.engine(0.698 * 313e3)
-    rows = [
-        ("SFC at 313 kW, sea level static", f"{rated.sfc_kg_kwh:.4f} kg/kWh", "0.395 (calibration: design point)"),
-        (
-            "fuel at 257 kW, 131.5 kt",
-            f"{3600 * manual.fuel_flow_kg_s:.1f} kg/h",
-            "102 ± 1 (flight manual); see problems/calibrate_engine.py",
-        ),
-        ("SFC at 69.8 % over SFC at full power", f"{part.sfc_kg_kwh / rated.sfc_kg_kwh:.3f}", "1.098 (250-B17F)"),
-    ]
-    yield from table(("quantity", "model", "reference"), rows)
+    for part in (
+        validation_engine.consumption,
+        validation_engine.free_turbine,
+        validation_engine.similarity,
+        validation_engine.robustness,
+        validation_engine.emissions,
+    ):
+        yield from part()
 
 
 def surrogate() -> Iterator[str]:

@@ -46,6 +46,10 @@ PARTS = (
     "## Convergence and derivatives",
     "Exact derivatives",
     "## Engine",
+    "Free-turbine speed of least consumption",
+    "Similarity",
+    "Random points of the whole box",
+    "## Emissions",
     "## Surrogate",
     "## Rescue mission",
 )
