@@ -6,13 +6,22 @@ import importlib
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from vrsopt.combustor.kinetics import N2O_BODIES, Pool, co_with_hydroxyl, co_with_oxygen_atoms, recombination
 from vrsopt.turboshaft.data import load_engine
 
 pytest.importorskip("cantera")
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+RECOMBINATIONS = {
+    *("H + OH + M", "H + O2 + M", "H + O2 + O2", "H + O2 + H2O", "H + O2 + N2", "H + O2 + AR", "H + O + M"),
+    *("2 O + M", "2 H + M", "2 H + H2", "2 H + H2O", "2 H + CO2"),
+}
+CO_WITH_OH, CO_WITH_O = ("CO + OH <=> CO2 + H", "CO + O2 <=> CO2 + O"), "CO + O (+M) <=> CO2 (+M)"
+NITROUS_OXIDE = "N2O (+M) <=> N2 + O (+M)"
 
 
 @pytest.fixture
@@ -44,6 +53,29 @@ def test_equilibrium(comparison, reactors):
         ours = high["equilibrium_temperature_ours"]
         assert low["equilibrium_temperature"] - 0.5 < ours < high["equilibrium_temperature"] + 0.5, case
         assert high["equilibrium_co_ours"] == pytest.approx(low["equilibrium_co"], rel=0.07), case
+
+
+def test_rates_are_those_of_the_mechanism():
+    """Every third body and every pair, forward, in random mixtures: no tolerance for a digit gone astray."""
+    import cantera
+
+    names = ("N2", "O2", "H2O", "CO2", "CO", "H2", "Ar", "OH", "O", "H")
+    gri, random = cantera.Solution("gri30.yaml"), np.random.default_rng(0)
+    equations = [reaction.equation for reaction in gri.reactions()]
+    radicals = [k for k, text in enumerate(equations) if text.split(" <=>")[0] in RECOMBINATIONS]
+    assert len(radicals) == len(RECOMBINATIONS)
+    place = {text: equations.index(text) for text in (*CO_WITH_OH, CO_WITH_O, NITROUS_OXIDE)}
+    for _ in range(20):
+        fractions = dict(zip(names, random.random(len(names)), strict=True))
+        gri.TPX = random.uniform(900, 2600), random.uniform(1e5, 1e6), {k.upper(): v for k, v in fractions.items()}
+        amounts = 1e3 * gri.concentrations
+        pool = Pool({name: amounts[gri.species_index(name.upper())] for name in names}, gri.T)
+        theirs = 1e3 * gri.forward_rates_of_progress
+        assert recombination(pool) == pytest.approx(theirs[radicals].sum(), rel=1e-6)
+        assert co_with_hydroxyl(pool) == pytest.approx(sum(theirs[place[text]] for text in CO_WITH_OH), rel=1e-6)
+        assert co_with_oxygen_atoms(pool) == pytest.approx(theirs[place[CO_WITH_O]], rel=1e-6)
+        constant = pool.falloff((6.37e14, 56640.0), (7.91e10, 56020.0), N2O_BODIES, 1)
+        assert constant == pytest.approx(gri.forward_rate_constants[place[NITROUS_OXIDE]], rel=1e-6)
 
 
 # Like with like: ethylene and its prompt NO; or none, and a fuel of CO and H2 as ours is (hydrocarbons also reduce NO)
@@ -112,7 +144,7 @@ def test_network_of_the_engine(comparison, reactors, power, nitrogen, fuel):
 
 @pytest.mark.slow
 def test_whole_operating_line_and_its_slopes(comparison):
-    """Every power and mechanism, as the comparison prints it: indices from 30 %, slopes with humidity and fuel."""
+    """Every power and mechanism, as the comparison prints it: indices, and slopes with humidity."""
     engine = load_engine()
     points = comparison.compared_networks(engine, engine.reactors)
     assert json.loads(json.dumps(points))[0]["power"] == 0.07

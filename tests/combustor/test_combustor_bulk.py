@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vrsopt.combustor import bulk
 from vrsopt.combustor.bulk import solve_combustor_many
 from vrsopt.combustor.network import combustor
 from vrsopt.errors import InputError
@@ -67,6 +68,20 @@ def test_what_can_not_burn_is_nan_with_a_reason():
     solved = burnt(engine, states)
     assert solved.success.tolist() == [True, True, False, True]
     assert np.isnan(solved.outputs["nox_index"][2]) and solved.failures[2].startswith("combustor: ")
+
+
+@pytest.mark.parametrize("without_fuel", [[3], range(12)], ids=["one", "all"])
+def test_what_can_not_burn_does_not_disturb_the_others(without_fuel, monkeypatch):
+    """Not even where the others start from a fit of some of them; warnings are errors here."""
+    monkeypatch.setattr(bulk, "ANCHORS", 6)
+    engine = load_engine()
+    states = engine_states(engine, 12)
+    expected = burnt(engine, states).outputs["nox_index"]
+    states[list(without_fuel), 3] = 0.0
+    solved = burnt(engine, states)
+    expected[list(without_fuel)] = np.nan
+    np.testing.assert_allclose(solved.outputs["nox_index"], expected, rtol=1e-7)
+    assert set(solved.failures) == set(without_fuel)
 
 
 @pytest.mark.parametrize(

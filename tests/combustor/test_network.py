@@ -98,6 +98,33 @@ def test_recirculation_keeps_the_leanest_pocket_burning(state):
     assert with_burnt_gas < 0.5 < alone
 
 
+@pytest.mark.parametrize("fit", ["shipped", "wide_mixing"])
+def test_going_out_is_no_fold(fit):
+    """The leanest state of the engine, and one leaner still at 1.5 bar: volumes to a 400th and back, one branch."""
+    reactors = ENGINE.reactors if fit == "shipped" else ENGINE.variant(fit).reactors
+    volumes = ("primary_volume", "intermediate_volume", "dilution_volume")
+    system = combustor(reactors, *FUEL, free=volumes)
+    factors = np.exp(-0.2 * np.arange(31))
+
+    def follow(state, order, near):
+        found = np.empty((len(factors), 2))
+        for k in order:
+            point = {**state, **{name: factors[k] * getattr(reactors, name) for name in volumes}}
+            near = system.solve(point, guess=near, method="newton")
+            assert near.success, near.message
+            found[k] = near.outputs["primary_temperature"], near.outputs["co_index"]
+        return found, near
+
+    for pressure, temperature, air_flow, ratio in ((3.78e5, 402.0, 0.95, 0.0138), (1.5e5, 330.0, 0.4, 0.0125)):
+        state = dict(pressure=pressure, temperature=temperature, air_flow=air_flow, humidity=0.03)
+        state["fuel_flow"] = ratio * air_flow
+        down, cold = follow(state, range(len(factors)), None)
+        up, _ = follow(state, range(len(factors))[::-1], cold)
+        assert up == pytest.approx(down, rel=1e-7)
+        assert np.all(np.diff(down[:, 0]) < 0) and np.abs(np.diff(down[:, 0])).max() < 40.0
+        assert down[-1, 1] > 1.5 > 0.3 > down[0, 1]  # kg/kg: from burning to CO alone
+
+
 @pytest.mark.parametrize("state", [IDLE, FULL])
 def test_derivatives_are_those_of_solving_again(state):
     free = ("primary_air_fraction", "recirculation", "primary_volume")

@@ -192,6 +192,7 @@ def test_emissions_belong_to_the_gas_path():
     assert result.nox_range_kg_s[0] <= result.nox_kg_s <= result.nox_range_kg_s[1]
     assert result.nox_kg_s < engine(200e3).nox_kg_s
     assert f"{result.nox_index_g_kg:.2f} g/kg" in str(result)
+    assert "hydrocarbons are not modelled; at idle NOx and CO are indicative only" in str(result)
 
 
 def test_emissions_that_fail_do_not_fail_the_engine(monkeypatch):

@@ -31,6 +31,8 @@ def solve_combustor_many(
         return solver.solve(points, (reactor_by_reactor,))
     anchors = np.random.default_rng(0).permutation(len(points))[:ANCHORS]
     known = solver.solve(points[anchors], (reactor_by_reactor,))
+    if not known.success.any():
+        return solver.solve(points, (reactor_by_reactor,))
     near = _Quadratic.through(points[anchors][known.success], known.scaled[known.success])
     return solver.solve(points, (near, reactor_by_reactor))
 
@@ -61,7 +63,8 @@ class _Quadratic:
         return _Quadratic(centre, size, np.linalg.lstsq(matrix, unknowns, rcond=1e-10)[0])
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        return _monomials((_features(points) - self.centre) / self.size) @ self.coefficients
+        with np.errstate(all="ignore"):  # not finite where nothing can burn: the solver finds that out
+            return _monomials((_features(points) - self.centre) / self.size) @ self.coefficients
 
 
 def _features(points: np.ndarray) -> np.ndarray:

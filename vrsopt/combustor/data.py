@@ -16,10 +16,11 @@ class ReactorData(Record):
     """Zones of a combustor: primary (burns rich pockets and lean ones side by side), intermediate, dilution.
 
     Air fractions are of the air that enters the combustor; the rest of it enters the dilution zone. Unmixedness is the
-    standard deviation of the fuel mass fraction over its mean, in what flows into the zone, cut off at
-    ``mixture_cutoff`` standard deviations. ``recirculation``: part of what flows into the primary zone's reactors that
-    is burnt gas of the zone's mean, which narrows the spread in the reactors by as much. ``methylene_fraction``: share
-    of the fuel's carbon that passes through CH2 on its way to CO; prompt NO is proportional to it.
+    standard deviation of the fuel mass fraction over its mean, in what flows into the zone, of a normal distribution
+    before that is cut off at ``mixture_cutoff`` of them (cut off at 1.5, 0.74 of it is left, at 2 0.88).
+    ``recirculation``: part of what flows into the primary zone's reactors that is burnt gas of the zone's mean, which
+    narrows the spread in the reactors by as much. ``methylene_fraction``: share of the fuel's carbon that passes
+    through CH2 on its way to CO; prompt NO is proportional to it.
     """
 
     primary_air_fraction: Annotated[float, Unit("-"), Field(gt=0, lt=1)]

@@ -2,7 +2,9 @@
 
 CO2 is the carbon balance of the fuel less the carbon that leaves as CO. Unburnt hydrocarbons are not modelled: the fuel
 breaks up at once, so that the part of it which a real engine leaves unburnt (by FOCA's fleet average 10 % at ground
-idle, 1.6 % at 38 % power, 0.6 % at full power: ``hc_index`` of :mod:`vrsopt.foca`) counts as CO2 here.
+idle, 1.6 % at 38 % power, 0.6 % at full power: ``hc_index`` of :mod:`vrsopt.foca`) counts as CO2 here. The gas path
+has its own combustion efficiency, 0.99 at full power and 0.8 to 0.9 at idle, which the network does not know: there it
+is hotter than the engine, and NOx and CO are indicative only.
 
 The combustor's numbers are a fit, and other fits meet the same points. NOx is that of the engine's own ``reactors``;
 the fits of the engine are these and the ``reactors`` of every variant in its file that has any, and the range over all
@@ -110,9 +112,10 @@ def emission_sensitivities(
     ``result[name][parameter]`` for one engine and the shipped fit: the sensitivities of gas path and combustor, each by
     the implicit-function theorem, chained. Raises :class:`InputError` where either was not solved.
     """
+    outer = gas_path_system.sensitivities(gas_path)
     system = _combustors(engine)[SHIPPED]
     burnt = _burnt(system, gas_path)
-    inner, outer = system.sensitivities(burnt), gas_path_system.sensitivities(gas_path)
+    inner = system.sensitivities(burnt)
     names = tuple(gas_path.parameters)
     reached = {source: np.array([outer[source][name] for name in names]) for source in INLET.values()}
     moist = np.array([float(name == "humidity") for name in names])

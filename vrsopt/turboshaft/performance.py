@@ -24,6 +24,7 @@ from vrsopt.turboshaft.operating_range import (
     lowest,
     maximum_power,
     minimum_power,
+    rated_speed,
     rating_limits,
     solve,
     temperature_limit,
@@ -92,7 +93,8 @@ class EngineResult:
             ("fuel flow", f"{self.fuel_flow_kg_s * 3600:.1f} kg/h ({sfc})"),
             ("CO2", f"{self.co2_kg_s * 3600:.1f} kg/h"),
             ("NOx", f"{self.nox_kg_s * 3.6e6:.0f} g/h ({self.nox_index_g_kg:.2f} g/kg), {low:.0f} to {high:.0f} g/h"),
-            ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg); hydrocarbons are not modelled"),
+            ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg)"),
+            ("emissions", "hydrocarbons are not modelled; at idle NOx and CO are indicative only"),
             ("gas generator", f"{self.gas_generator_speed_percent:.1f} %, pressure ratio {self.pressure_ratio:.2f}"),
             (
                 "air flow",
@@ -142,8 +144,9 @@ def engine(
     given = [name for name, value in demands.items() if value is not None]
     if len(given) != 1:
         raise InputError(f"engine: {' and '.join(given) or 'no demand'} given: exactly one of {', '.join(demands)}")
+    rated = rated_speed(data) if rating is None else rated_speed(data, rating)
     place = checked_place(
-        power_turbine_speed=_speed(data, rating, power_turbine_speed),
+        power_turbine_speed=rated if power_turbine_speed is None else power_turbine_speed,
         altitude=altitude,
         isa_offset=isa_offset,
         mach=mach,
@@ -155,12 +158,6 @@ def engine(
         return _at_rating(data, rating, place)
     quantity = given[0]
     return _at_demand(data, quantity, checked(**{quantity: demands[quantity]})[quantity], place)  # type: ignore[arg-type]
-
-
-def _speed(data: EngineData, rating: str | None, asked: float | None) -> float:
-    named = data.ratings.named.get(rating) if rating is not None else None
-    own = named.power_turbine_speed if named is not None else None
-    return asked if asked is not None else own if own is not None else 1.0
 
 
 def _at_rating(data: EngineData, rating: str, place: dict[str, float]) -> EngineResult:
