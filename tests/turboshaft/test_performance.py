@@ -74,6 +74,7 @@ def test_a_cycle_without_solution_has_no_numbers_but_names_the_maximum(power):
         (lambda: engine(2e5, power_turbine_speed=100.0), "power_turbine_speed = 100.0: a number from 0.4 to 1.4"),
         (lambda: engine(2e5, mach=1.0), "mach = 1.0"),
         (lambda: maximum_power(altitude=20000.0), "altitude = 20000.0: a number from -500 to 6000"),
+        (lambda: engine(2e5, power_offtake=-1.0), "power_offtake = -1.0: a number of at least 0"),
     ],
 )
 def test_bad_input_is_named(call, message):
@@ -170,9 +171,30 @@ def test_no_power_without_surge():
     close = load_engine().changed("compressor", surge_coordinate=-0.02)
     most = maximum_power(engine_data=close, power_offtake=10e3)
     assert not most.success and "no power without surge: margin -" in most.message
+    assert not minimum_power(engine_data=close, power_offtake=10e3).success
     for demand in ({"power": 200e3}, {"rating": "take_off"}):
         refused = engine(**demand, engine_data=close, power_offtake=10e3)
         assert not refused.success and "no power without surge" in refused.message
+
+
+@pytest.mark.parametrize("offtake", [60e3, 200e3, 1e9])
+def test_no_power_where_the_turbines_are_too_hot_at_any_speed(offtake):
+    """So much is taken from the gas generator that no speed of it keeps the limit: 313 kW would, far beyond it."""
+    most, least = maximum_power(power_offtake=offtake), minimum_power(power_offtake=offtake)
+    for extreme in (most, least):
+        assert not extreme.success and extreme.status is Status.INFEASIBLE
+        assert "no power inside the limits" in extreme.message and "\n" not in extreme.message
+    assert least.end == "minimum"
+    for demand in ({"power": 100e3}, {"rating": "take_off"}):
+        refused = engine(**demand, power_offtake=offtake)
+        assert not refused.success and refused.status is Status.INFEASIBLE
+        assert "no power inside the limits" in refused.message
+
+
+def test_the_maximum_of_a_rating_is_at_the_speed_of_the_rating():
+    idle = maximum_power(rating="ground_idle")
+    assert idle.power == pytest.approx(engine(rating="ground_idle").power_w, rel=1e-9) and idle.power > 0.0
+    assert maximum_power(rating="ground_idle", power_turbine_speed=0.6).power > idle.power
 
 
 def test_inside_and_outside_the_map():

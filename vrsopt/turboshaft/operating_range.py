@@ -100,14 +100,22 @@ def rating_limits(data: EngineData, rating: str = TAKE_OFF) -> dict[Mode, float]
     return {"temperature": ratio * sized(data).t45, "gas_generator_speed": speed, "power": power}
 
 
+def rated_speed(data: EngineData, rating: str = TAKE_OFF) -> float:
+    """Power-turbine speed (ratio) where a rating is used: its own, or 1."""
+    named = data.ratings.named.get(rating)
+    return 1.0 if named is None or named.power_turbine_speed is None else named.power_turbine_speed
+
+
 def maximum_power(*, rating: str = TAKE_OFF, engine_data: EngineData | None = None, **place: float) -> Extreme:
     """The most power of one engine at a rating: at its limit of temperature, gas-generator speed or power.
 
     ``place``: ``power_turbine_speed``, ``altitude``, ``isa_offset``, ``mach``, ``humidity``, ``bleed_fraction``,
-    ``power_offtake`` as for :func:`vrsopt.turboshaft.performance.engine`, 1 and 0 unless given. Raises
-    :class:`InputError` for a value outside ``ALLOWED`` or an unknown rating.
+    ``power_offtake`` as for :func:`vrsopt.turboshaft.performance.engine`, 0 unless given, the speed that of the rating
+    or 1. Without success where the engine runs nowhere inside its limits. Raises :class:`InputError` for a value
+    outside ``ALLOWED`` or an unknown rating.
     """
-    return highest(_data(engine_data), checked_place(**place), rating)
+    data = _data(engine_data)
+    return highest(data, checked_place(**{"power_turbine_speed": rated_speed(data, rating), **place}), rating)
 
 
 def highest(data: EngineData, place: dict[str, float], rating: str = TAKE_OFF) -> Extreme:
@@ -126,12 +134,23 @@ def highest(data: EngineData, place: dict[str, float], rating: str = TAKE_OFF) -
         if not solution.success or solution.outputs[output] > limits[mode] * (1.0 + EXACT):
             limit, solution = mode, solve(data, mode, limits[mode], place)
     most = _extreme("maximum", words[limit], solution)
-    if most.success and solution.outputs["surge_margin"] < 0.0:  # less power only brings surge nearer
-        message = (
-            f"{data.name}: no power without surge: margin {100 * solution.outputs['surge_margin']:.1f} % at {most}"
-        )
-        return replace(most, success=False, status=Status.INFEASIBLE, message=message)
-    return most
+    reason = _nowhere(data, most, limits["temperature"])
+    return replace(most, success=False, status=Status.INFEASIBLE, message=f"{data.name}: {reason}") if reason else most
+
+
+def _nowhere(data: EngineData, most: Extreme, temperature: float) -> str:
+    """Why the engine runs nowhere inside its limits, in words; empty where it does.
+
+    With too much taken from the gas generator no speed keeps the turbines at or below ``temperature`` [K]: then
+    ``most``, found without that limit, is hotter, or there is no such state at all.
+    """
+    if not most.success:
+        return f"no power inside the limits ({most.message})"
+    if most.inter_turbine_temperature > temperature * (1.0 + EXACT):
+        hot = in_words("inter_turbine_temperature", most.inter_turbine_temperature)
+        return f"no power inside the limits: {hot}, {temperature:.1f} K allowed, at {most}"
+    margin = most.solution.outputs["surge_margin"]  # less power only brings surge nearer
+    return "" if margin >= 0.0 else f"no power without surge: margin {100 * margin:.1f} % at {most}"
 
 
 def minimum_power(*, engine_data: EngineData | None = None, **place: float) -> Extreme:
@@ -145,7 +164,7 @@ def lowest(data: EngineData, place: dict[str, float]) -> Extreme:
     """:func:`minimum_power` at a place as :func:`checked_place` returns it."""
     most = highest(data, place)
     if not most.success:
-        return _extreme("minimum", most.limit, most.solution)
+        return replace(most, end="minimum")
     speeds, outputs = _sweep(data, place, most.gas_generator_speed)
     margins = _margins(data, outputs)
     bad = np.flatnonzero(~(np.min(np.stack(list(margins.values())), axis=0) >= 0.0))
@@ -182,7 +201,8 @@ def checked(**values: float) -> dict[str, float]:
             raise InputError(f"engine: unknown argument {name!r}: expected {', '.join(ALLOWED)}")
         low, high = ALLOWED[name]
         if not (math.isfinite(value) and low <= value <= high):
-            raise InputError(f"engine: {name} = {value}: a number from {low:g} to {high:g}")
+            span = f"from {low:g} to {high:g}" if math.isfinite(high) else f"of at least {low:g}"
+            raise InputError(f"engine: {name} = {value}: a number {span}")
     return values
 
 

@@ -24,6 +24,7 @@ from vrsopt.turboshaft.operating_range import (
     lowest,
     maximum_power,
     minimum_power,
+    rated_speed,
     rating_limits,
     solve,
     temperature_limit,
@@ -143,8 +144,9 @@ def engine(
     given = [name for name, value in demands.items() if value is not None]
     if len(given) != 1:
         raise InputError(f"engine: {' and '.join(given) or 'no demand'} given: exactly one of {', '.join(demands)}")
+    rated = rated_speed(data, rating or TAKE_OFF)
     place = checked_place(
-        power_turbine_speed=_speed(data, rating, power_turbine_speed),
+        power_turbine_speed=rated if power_turbine_speed is None else power_turbine_speed,
         altitude=altitude,
         isa_offset=isa_offset,
         mach=mach,
@@ -156,12 +158,6 @@ def engine(
         return _at_rating(data, rating, place)
     quantity = given[0]
     return _at_demand(data, quantity, checked(**{quantity: demands[quantity]})[quantity], place)  # type: ignore[arg-type]
-
-
-def _speed(data: EngineData, rating: str | None, asked: float | None) -> float:
-    named = data.ratings.named.get(rating) if rating is not None else None
-    own = named.power_turbine_speed if named is not None else None
-    return asked if asked is not None else own if own is not None else 1.0
 
 
 def _at_rating(data: EngineData, rating: str, place: dict[str, float]) -> EngineResult:
