@@ -3,8 +3,9 @@
 Two points may be used: the design point (313 kW), which sizes the gas path and solves the power turbine's efficiency,
 and one fuel flow at 257 kW. One number is solved on the latter. Which one: at a given design point the consumption at
 82 % power changes by less than 0.4 % across the range of any component efficiency, loss or map exponent, but by 1.6 %
-across that of the slope of the compressor's efficiency with speed, which nothing else fixes. So the slope is the
-candidate; it is accepted only inside the range that the data file states for it.
+across that of the slope of the compressor's efficiency with speed (by 1.5 % across that of the power turbine's best
+velocity ratio, of which the velocity triangles know). So the slope is the candidate; it is accepted only inside the
+range that the data file states for it.
 
 The same fuel flow solved through the level of consumption shows what a physical explanation would need.
 

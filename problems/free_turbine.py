@@ -37,8 +37,9 @@ COLOURS = (PURPLE, BLUE, GREEN, ORANGE, VERMILION)
 
 @dataclass(frozen=True)
 class Optimum:
-    """Free-turbine speed of least fuel at a demand: ``speed``, the root of the drop over its design value there, power
-    [W] at 100 % speed, and by how much the fuel per power is less than at 100 % (a share)."""
+    """Free-turbine speed of least fuel at a demand: ``speed``, the root of the drop over its design value there (times
+    the map's best velocity ratio, 1 as shipped), power [W] at 100 % speed, and by how much the fuel per power is less
+    than at 100 % (a share)."""
 
     demand: float
     speed: float

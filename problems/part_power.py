@@ -23,7 +23,7 @@ from vrsopt.errors import InputError
 from vrsopt.residual import Solution
 from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import EngineData
-from vrsopt.turboshaft.design_point import SPEED_UNIT
+from vrsopt.turboshaft.design_point import KILOWATT_HOUR
 from vrsopt.turboshaft.maps import ANALYTIC, ComponentMaps
 
 SISTER_POWER = 0.698  # of take-off power, where the 250-B17F's consumption is known
@@ -87,7 +87,7 @@ def solved(engine: EngineData, power: float, mach: float, maps: ComponentMaps = 
 def consumption(engine: EngineData, power: float, mach: float, maps: ComponentMaps = ANALYTIC) -> float:
     """Specific consumption [kg/kWh] at shaft power [W]; nan where the gas path is not solved."""
     solution = solved(engine, power, mach, maps)
-    return solution.outputs["fuel_flow"] / power * SPEED_UNIT if solution.success else math.nan
+    return solution.outputs["fuel_flow"] / power * KILOWATT_HOUR if solution.success else math.nan
 
 
 @lru_cache(maxsize=256)

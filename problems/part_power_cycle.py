@@ -14,8 +14,9 @@ from vrsopt.atmosphere import SEA_LEVEL_PRESSURE
 from vrsopt.residual import Solution
 from vrsopt.turboshaft.cycle import sized
 from vrsopt.turboshaft.data import EngineData
-from vrsopt.turboshaft.design_point import SPEED_UNIT
+from vrsopt.turboshaft.design_point import KILOWATT_HOUR
 from vrsopt.turboshaft.gas import enthalpy, entropy_function, fuel_enthalpy, gas_constant, heat_capacity
+from vrsopt.turboshaft.maps import turbine_work
 
 # What the consumption depends on, by group; pressures are ratios across the part, temperatures K, works J/kg of air.
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -78,7 +79,7 @@ def _consumption(engine: EngineData, x: dict[str, Any]) -> dict[str, Any]:
     left = h45 - enthalpy(_expanded(t45, expansion, fuel), fuel)
     power = pt.mechanical_efficiency * w45 * x["power_turbine_efficiency"] * left
     return {
-        "consumption": fuel / power * SPEED_UNIT,
+        "consumption": fuel / power * KILOWATT_HOUR,
         "t45": t45,
         "p45_uncooled": p4 / ratio,
         "w45": w45,
@@ -133,8 +134,11 @@ def steps_of(engine: EngineData, solution: Solution, design: Solution) -> Steps:
     consumption.
     """
     out, place = solution.outputs, solution.parameters
-    efficiency = sized(engine).power_turbine_efficiency
-    n = place["power_turbine_speed"] / out["best_power_turbine_speed"]
+    turbine = engine.power_turbine
+    spouting = out["best_power_turbine_speed"] / turbine.best_velocity_ratio
+    work = turbine_work(
+        turbine.speed_curvature, place["power_turbine_speed"], spouting, best=turbine.best_velocity_ratio
+    )
     steps = {
         "inlet_temperature": out["inlet_temperature"],
         "inlet_pressure": out["compressor_exit_pressure"] / out["pressure_ratio"] / SEA_LEVEL_PRESSURE,
@@ -142,7 +146,7 @@ def steps_of(engine: EngineData, solution: Solution, design: Solution) -> Steps:
         "turbine_inlet_temperature": out["turbine_inlet_temperature"],
         "compressor_efficiency": out["compressor_efficiency"],
         "combustion_efficiency": out["combustion_efficiency"],
-        "power_turbine_efficiency": efficiency * (1.0 - engine.power_turbine.speed_curvature * (n - 1.0) ** 2),
+        "power_turbine_efficiency": sized(engine).power_turbine_efficiency * work / spouting**2,
         "accessory_work": engine.gas_generator_turbine.accessory_power * out["gas_generator_speed"] / out["air_flow"],
         "combustor_pressure": 1.0
         - engine.combustor.pressure_loss * _flow(out, "compressor") / _flow(design.outputs, "compressor"),
@@ -164,7 +168,7 @@ def _flow(out: dict[str, float], where: str, pressure: float = 1.0) -> float:
 
 def _closed(engine: EngineData, steps: Steps, solution: Solution) -> Steps:
     """``steps`` with the gas-generator turbine's efficiency that closes the consumption, and the loss of the duct."""
-    target = solution.outputs["fuel_flow"] / solution.outputs["power"] * SPEED_UNIT
+    target = solution.outputs["fuel_flow"] / solution.outputs["power"] * KILOWATT_HOUR
     lost = engine.power_turbine.duct_pressure_loss
     at_design = sized(engine).duct_parameter
 

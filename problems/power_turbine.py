@@ -69,7 +69,7 @@ def drops(engine: EngineData) -> np.ndarray:
     points = np.zeros((GENERATOR_SPEEDS.size, 8))
     points[:, 0], points[:, 1] = GENERATOR_SPEEDS, 1.0
     found = solve_many(points, mode="gas_generator_speed", engine_data=engine)
-    return found.outputs["best_power_turbine_speed"]
+    return found.outputs["best_power_turbine_speed"] / engine.power_turbine.best_velocity_ratio
 
 
 def turbines(

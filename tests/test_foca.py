@@ -87,7 +87,13 @@ def test_arrays_are_the_numbers_one_by_one():
         assert function(power) == pytest.approx([function(one) for one in power])
 
 
-@pytest.mark.parametrize(("rating", "engines"), [(0.0, 2), (300e3, 0)])
+@pytest.mark.parametrize(("duration", "landings"), [(-1.0, 1), (float("nan"), 1), (3600.0, -1)])
+def test_no_mission_is_refused(duration, landings):
+    with pytest.raises(InputError, match="foca: duration"):
+        foca.mission(duration, 300e3, landings=landings)
+
+
+@pytest.mark.parametrize(("rating", "engines"), [(0.0, 2), (300e3, 0), (float("inf"), 2)])
 def test_no_engine_is_refused(rating, engines):
     with pytest.raises(InputError, match="foca: rating"):
         foca.landing_take_off(rating, engines)

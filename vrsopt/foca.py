@@ -9,6 +9,7 @@ therefore an independent estimate beside the model of this package, not a measur
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,11 +115,11 @@ def landing_take_off(rating: float, engines: int = 2, *, takeoff_mass: float = 0
     """One landing and take-off cycle: idle on the ground, take-off and climb, approach.
 
     ``rating``: take-off power of one engine [W]; ``takeoff_mass``: the largest [kg], which tells a heavy twin (above
-    3400 kg) from a light one. Tables of single engines after the first edition split
-    the idle of a light twin into 4 min at 7 % before and 1 min at 5 % after the flight; edition 2 has 7 % for both.
-    Raises :class:`InputError` for a rating that is not positive or no engine.
+    3400 kg) from a light one. Tables of particular engines that follow the first edition split the idle of a light twin
+    into 4 min at 7 % before and 1 min at 5 % after the flight; edition 2 has 7 % for both. Raises :class:`InputError`
+    for a rating that is not a positive number or no engine.
     """
-    if not rating > 0.0 or engines < 1:
+    if not 0.0 < rating < math.inf or engines < 1:
         raise InputError(f"foca: rating = {rating:g} W, engines = {engines}: a positive rating, at least one engine")
     powers = POWERS[_category(engines, takeoff_mass)]
     return Estimate(
@@ -135,8 +136,11 @@ def mission(
     """A mission of ``duration`` [s]: a cycle for each landing, and the mean power for the time that is left.
 
     Other arguments as :func:`landing_take_off`. A mission shorter than its cycles has no time at mean power: it is then
-    the cycles alone.
+    the cycles alone. Raises :class:`InputError` as :func:`landing_take_off`, and for a negative duration or number of
+    landings.
     """
+    if not (math.isfinite(duration) and duration >= 0.0 and landings >= 0):
+        raise InputError(f"foca: duration = {duration:g} s, landings = {landings}: both zero or more")
     cycle = landing_take_off(rating, engines, takeoff_mass=takeoff_mass)
     mean = POWERS[_category(engines, takeoff_mass)][3] * rating
     modes = [_mode(mode.name, landings * mode.duration, mode.power, rating, engines) for mode in cycle.modes]

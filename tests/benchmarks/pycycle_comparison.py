@@ -35,7 +35,7 @@ from vrsopt.bulk import BulkSolver
 from vrsopt.residual import ResidualSystem, Solution
 from vrsopt.turboshaft.cycle import gas_path, sized
 from vrsopt.turboshaft.data import EngineData, load_engine
-from vrsopt.turboshaft.design_point import SPEED_UNIT
+from vrsopt.turboshaft.design_point import KILOWATT_HOUR
 from vrsopt.turboshaft.gas import enthalpy, fuel_enthalpy
 
 PACKAGES = ("numpy==2.2.6", "openmdao==3.45.1", "om-pycycle==4.4.0")  # TABULAR thermodynamics fail with numpy 2.4
@@ -124,7 +124,7 @@ def matched(engine: EngineData, fuel_flow: float) -> EngineData:
     design, given = sized(engine), engine.design_point
     ratio = fuel_flow / (given.air_flow * (1.0 - engine.gas_generator_turbine.cooling_fraction))
     heat = (enthalpy(design.t4) - enthalpy(design.t3)) / ratio + fuel_enthalpy(design.t4)
-    return engine.changed("design_point", sfc=fuel_flow * SPEED_UNIT / given.power).changed(
+    return engine.changed("design_point", sfc=fuel_flow * KILOWATT_HOUR / given.power).changed(
         "combustor", heating_value=heat / engine.combustor.efficiency
     )
 

@@ -71,12 +71,14 @@ def test_humidity_costs_temperature_margin_and_fuel_at_power():
 @pytest.mark.parametrize("power", [40e3, 313e3])
 def test_energy_is_conserved_in_humid_air_through_an_installed_engine(power):
     engine, w = ENGINE.variant("installed"), 0.02
-    out = solved(power, engine=engine, humidity=w, altitude=500.0, power_offtake=4e3)
+    out = solved(power, engine=engine, humidity=w, altitude=500.0, power_offtake=4e3, bleed_fraction=0.03)
     air, fuel, ggt = out["air_flow"], out["fuel_flow"], ENGINE.gas_generator_turbine
     start = gas.enthalpy(out["inlet_temperature"], 0.0, w)
     compression = air * (gas.enthalpy(out["compressor_exit_temperature"], 0.0, w) - start)
     lost = compression * (1 / ggt.mechanical_efficiency - 1) + ggt.accessory_power * out["gas_generator_speed"] + 4e3
-    leaving = (air + fuel) * gas.enthalpy(out["exhaust_temperature"], fuel * (1 + w) / air, w)
+    bled, inside = 0.03 * air, 0.97 * air
+    leaving = (inside + fuel) * gas.enthalpy(out["exhaust_temperature"], fuel * (1 + w) / inside, w)
+    leaving += bled * gas.enthalpy(out["compressor_exit_temperature"], 0.0, w)
     heat = fuel * out["combustion_efficiency"] * ENGINE.combustor.heating_value
     shaft = power / ENGINE.power_turbine.mechanical_efficiency
     assert leaving + shaft + lost == pytest.approx(heat + air * start, rel=1e-6)

@@ -1,6 +1,7 @@
 """One engine as a user asks for it: numbers, limits, maximum power, messages."""
 
 import math
+import re
 
 import pytest
 
@@ -146,8 +147,7 @@ def test_ground_idle_runs_with_a_slow_power_turbine():
 def test_a_demand_that_can_not_be_met_says_which_limit_and_where_it_is(demand, message):
     result = engine(**demand)
     assert not result.success and result.status is Status.INFEASIBLE
-    with pytest.raises(AssertionError, match=message):
-        raise AssertionError(result.message)
+    assert re.search(message, result.message), result.message
     assert "\n" not in result.message
 
 

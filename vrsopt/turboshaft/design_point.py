@@ -25,7 +25,7 @@ from vrsopt.turboshaft.gas import enthalpy, entropy_function, fuel_enthalpy, gas
 from vrsopt.turboshaft.maps import combustor_loading
 
 COLDEST, HOTTEST = 150.0, 2200.0  # K, where temperatures are looked for
-SPEED_UNIT = 3.6e6  # J per kWh
+KILOWATT_HOUR = 3.6e6  # J
 LEAST_EXPANSION = 1.05  # of the power turbine
 TURBINE_EFFICIENCIES = (0.5, 0.95)  # of the power turbine
 # The residual of the gas path at the design point is that of the sizing: a thousand times smaller than elsewhere.
@@ -136,7 +136,7 @@ def sizing() -> ResidualSystem:
 def _balances(given: Any, t: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Scaled residuals in the order of TEMPERATURES and outputs by name."""
     ggt, pt, point = given.gas_generator_turbine, given.power_turbine, given.design_point
-    air, fuel = point.air_flow, point.sfc * point.power / SPEED_UNIT
+    air, fuel = point.air_flow, point.sfc * point.power / KILOWATT_HOUR
     t2, p2 = SEA_LEVEL_TEMPERATURE, SEA_LEVEL_PRESSURE * (1.0 - given.intake.pressure_loss)
     p3 = p2 * point.pressure_ratio
     work = (enthalpy(t.t3_ideal) - enthalpy(t2)) / given.compressor.efficiency
@@ -196,7 +196,7 @@ def _balances(given: Any, t: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 def _constant_heat_capacities(given: Mapping[str, float]) -> dict[str, float]:
     """The same balances with constant heat capacities: a start for any engine, kept inside the bounds."""
     cold, hot, exponent = 1010.0, 1170.0, 0.245  # J/(kg K) of air and gas, R/cp of gas
-    air, fuel = given["design_point.air_flow"], given["design_point.sfc"] * given["design_point.power"] / SPEED_UNIT
+    air, fuel = given["design_point.air_flow"], given["design_point.sfc"] * given["design_point.power"] / KILOWATT_HOUR
     ratio, t2 = given["design_point.pressure_ratio"], SEA_LEVEL_TEMPERATURE
     t = {"t3_ideal": t2 * ratio**0.284}
     t["t3"] = t2 + (t["t3_ideal"] - t2) / given["compressor.efficiency"]

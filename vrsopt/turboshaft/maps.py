@@ -86,9 +86,11 @@ def surge_margin(
     maps: ComponentMaps, data: CompressorData, speed: Any, *, at: tuple[Any, Any], pressure_ratio: float
 ) -> Any:
     """How far the point ``at`` (flow relative to the design point, pressure ratio) is from surge at its corrected
-    speed: pressure ratio over flow on the surge line over that at the point, less one (Walsh & Fletcher 2004, 5.2).
+    speed: pressure ratio over flow on the surge line over that at the point, less one.
 
-    The surge line is where the map coordinate is ``data.surge_coordinate``; at or beyond it the margin is not positive.
+    This is the margin at constant speed, pyCycle's ``SMN``; the one at constant flow is another number, 25 instead of
+    20 % at the shipped engine's design point, with the same sign. The surge line is where the map coordinate is
+    ``data.surge_coordinate``; at or beyond it the margin is not positive.
     """
     flow, ratio, _ = maps.compressor(data, speed, data.surge_coordinate, pressure_ratio=pressure_ratio)
     return ratio / flow * at[0] / at[1] - 1.0

@@ -11,7 +11,7 @@ from vrsopt.residual import Solution
 from vrsopt.solvers.status import Status
 from vrsopt.turboshaft.cycle import Mode
 from vrsopt.turboshaft.data import TAKE_OFF, EngineData, load_engine
-from vrsopt.turboshaft.design_point import SPEED_UNIT
+from vrsopt.turboshaft.design_point import KILOWATT_HOUR
 from vrsopt.turboshaft.map_range import outside_map
 from vrsopt.turboshaft.operating_range import (
     ALLOWED,
@@ -231,7 +231,7 @@ def _result(
         message=message,
         power_w=power,
         fuel_flow_kg_s=fuel,
-        sfc_kg_kwh=fuel * SPEED_UNIT / power if power > 1e-6 * data.ratings.take_off_power else None,
+        sfc_kg_kwh=fuel * KILOWATT_HOUR / power if power > 1e-6 * data.ratings.take_off_power else None,
         gas_generator_speed_percent=100.0 * out["gas_generator_speed"],
         power_turbine_speed_percent=100.0 * place["power_turbine_speed"],
         turbine_inlet_temperature_k=out["turbine_inlet_temperature"],
