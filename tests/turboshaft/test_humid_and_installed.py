@@ -84,6 +84,40 @@ def test_energy_is_conserved_in_humid_air_through_an_installed_engine(power):
     assert leaving + shaft + lost == pytest.approx(heat + air * start, rel=1e-6)
 
 
+def test_flow_functions_are_those_of_the_humid_gas():
+    """Pressures from the compressor to the exhaust: every W^2 R T/P^2 over its design value has the R of its gas."""
+    engine, w, design = ENGINE.variant("installed"), 0.03, sized(ENGINE)
+    solution = gas_path(engine).solve({"demand": 150e3, **PLACE, "humidity": w, "bleed_fraction": 0.02})
+    out, found = solution.outputs, solution.values
+    fuel, burnt, t4 = out["fuel_flow"], out["combustor_air_flow"], out["turbine_inlet_temperature"]
+    through, t45 = 0.98 * out["air_flow"] + fuel, out["power_turbine_inlet_temperature"]
+    f4, f45 = ((1.0 + w) * fuel / air for air in (burnt, through - fuel))
+
+    def flow(size, mass, pressure, temperature, ratio):
+        return (mass / pressure) ** 2 * gas.gas_constant(ratio, w) * temperature / size
+
+    def expansion(hot, cold, ratio):
+        fall = gas.entropy_function(hot, ratio, w) - gas.entropy_function(cold, ratio, w)
+        return np.exp(fall / gas.gas_constant(ratio, w))
+
+    def swallowed(turbine, ratio, design_ratio):
+        return maps.swallowing(ratio, turbine.flow_exponent) / maps.swallowing(design_ratio, turbine.flow_exponent)
+
+    p3, t3 = out["compressor_exit_pressure"], out["compressor_exit_temperature"]
+    p4 = p3 * (1.0 - engine.combustor.pressure_loss * flow(design.combustor_parameter, burnt, p3, t3, 0.0))
+    first = expansion(t4, design.t45_ideal * np.exp(found["log_inter_turbine_temperature_ideal"] - 1.0), f4)
+    expected = swallowed(engine.gas_generator_turbine, first, design.gas_generator_expansion)
+    assert flow(design.gas_generator_constant, burnt + fuel, p4, t4, f4) == pytest.approx(expected, rel=1e-7)
+    p45 = p4 / first
+    p45 *= 1.0 - engine.power_turbine.duct_pressure_loss * flow(design.duct_parameter, through, p45, t45, f45)
+    second = expansion(t45, t45 * np.exp(-((design.expansion * found["power_turbine_expansion"]) ** 2)), f45)
+    expected = swallowed(engine.power_turbine, second, design.power_turbine_expansion)
+    assert flow(design.power_turbine_constant, through, p45, t45, f45) == pytest.approx(expected, rel=1e-7)
+    lost = flow(1.0 / design.exhaust_constant, through, p45 / second, out["exhaust_temperature"], f45)
+    back = 1.0 + engine.installation.exhaust_back_pressure
+    assert p45 / second / SEA_LEVEL_PRESSURE == pytest.approx(back + lost, rel=1e-7)
+
+
 def test_installation_costs_fuel_and_temperature_but_leaves_the_design_point():
     installed = ENGINE.variant("installed")
     assert sized(installed) == sized(ENGINE)
