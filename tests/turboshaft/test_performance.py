@@ -141,6 +141,7 @@ def test_ground_idle_runs_with_a_slow_power_turbine():
         ({"gas_generator_speed": 0.45}, "minimum gas-generator speed 63.[0-9]* %, limited by the power turbine, which"),
         ({"inter_turbine_temperature": 1200.0}, "1200.0 K can not be had: maximum inter-turbine temperature 1113.4 K"),
         ({"inter_turbine_temperature": 760.0}, "760.0 K can not be had: it does not fall below 781.[0-9] K, at 0 m"),
+        ({"inter_turbine_temperature": 782.0}, "782.0 K can not be had: minimum power 0.0 kW, limited by the power"),
         ({"power": 2e3, "power_turbine_speed": 0.65, "power_offtake": 10e3}, "minimum power 5.9 kW, .* sustain itself"),
     ],
 )

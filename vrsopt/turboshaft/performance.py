@@ -207,6 +207,8 @@ def _shortfall(
             return f"{refused} it does not fall below {cold:.1f} K, at {_where(place)}"
     if most.success and beyond and solution is not None:
         return f"{refused} {most}, at {_where(place)}"
+    if least.success and solution is not None and solution.outputs["power"] < -EXACT * data.ratings.take_off_power:
+        return f"{refused} {least}, at {_where(place)}"
     return ""
 
 
