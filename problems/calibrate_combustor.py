@@ -25,7 +25,7 @@ from vrsopt import foca
 from vrsopt.bulk import ManySolutions
 from vrsopt.combustor.bulk import solve_combustor_many
 from vrsopt.combustor.data import ReactorData
-from vrsopt.combustor.emissions import INLET
+from vrsopt.combustor.emissions import INDICES, INLET
 from vrsopt.combustor.network import PARAMETERS, combustor
 from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import gas_path
@@ -38,15 +38,15 @@ CO_WEIGHT = 0.3
 LEANEST = 0.05  # of the mean fuel fraction: what the leanest pocket keeps at least
 
 
-def operating_line(engine: EngineData, powers: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Shaft power [W] (N,) and state of the combustor (N, 5) at shares of the take-off rating."""
+def operating_line(engine: EngineData, powers: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shaft power [W] (N,), state of the combustor (N, 5) and burnt part of the fuel (N,) at shares of the rating."""
     names = [parameter.name for parameter in gas_path(engine, "power").parameters]
     points = np.zeros((len(powers), len(names)))
     points[:, names.index("demand")] = engine.ratings.take_off_power * np.array(powers)
     points[:, names.index("power_turbine_speed")] = 1.0
     outputs = solve_many(points, engine_data=engine).outputs
     states = np.column_stack([*(outputs[name] for name in INLET.values()), np.zeros(len(powers))])
-    return points[:, names.index("demand")], states
+    return points[:, names.index("demand")], states, 1.0 - outputs["hydrocarbon_index"]
 
 
 def bounds(reactors: ReactorData) -> tuple[np.ndarray, np.ndarray]:
@@ -71,9 +71,9 @@ def calibrate(engine: EngineData) -> Fit:
     """Solve the four numbers of the engine's reactors, with exact derivatives."""
     burner, reactors = engine.combustor, engine.reactors
     system = combustor(reactors, burner.hydrogen_to_carbon, burner.heating_value, free=FREE)
-    power, states = operating_line(engine, FITTED)
-    goals = [[("nox_index", foca.nox_index(float(value)), 1.0)] for value in power]
-    goals[-1].append(("co_index", foca.co_index(float(power[-1])), CO_WEIGHT))
+    power, states, share = operating_line(engine, FITTED)
+    goals = [[("nox_index", goal, 1.0)] for goal in foca.nox_index(power) / share]  # per kg of burnt fuel
+    goals[-1].append(("co_index", foca.co_index(power[-1]) / share[-1], CO_WEIGHT))
 
     def evaluate(logarithms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         free = dict(zip(FREE, np.exp(logarithms).tolist(), strict=True))
@@ -98,35 +98,35 @@ def calibrate(engine: EngineData) -> Fit:
     return Fit(dict(zip(FREE, np.exp(solved.x).tolist(), strict=True)), solved.fun, at_bound)
 
 
-def burnt(engine: EngineData, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Outputs of the engine's combustor at states (N, 5)."""
+def burnt(engine: EngineData, states: np.ndarray, share: np.ndarray) -> dict[str, np.ndarray]:
+    """Outputs of the engine's combustor at states (N, 5); indices per kg of all fuel, of which a share (N,) burns."""
     burner = engine.combustor
     solved: ManySolutions = solve_combustor_many(
         states, engine.reactors, burner.hydrogen_to_carbon, burner.heating_value
     )
     if not solved.success.all():
         raise RuntimeError(str(solved.failures))
-    return solved.outputs
+    return solved.outputs | {name: share * solved.outputs[name] for name in INDICES}
 
 
 def table(engine: EngineData) -> list[str]:
     """NOx and CO against FOCA on the operating line, slopes, equivalence ratios and temperatures, as lines of text."""
-    power, states = operating_line(engine, REPORTED)
-    out = burnt(engine, states)
-    nox, fuel = out["nox_index"], states[:, 3]
+    power, states, share = operating_line(engine, REPORTED)
+    out = burnt(engine, states, share)
+    nox, fuel = out["nox_index"], states[:, 3] / share
     humid, more = states.copy(), states.copy()
-    humid[:, 4], more[:, 3] = 0.01, 0.95 * fuel
-    wet = np.log(burnt(engine, humid)["nox_index"] / nox) / 0.01
-    less = 100.0 * (burnt(engine, more)["nox_index"] * 0.95 / nox - 1.0)
+    humid[:, 4], more[:, 3] = 0.01, 0.95 * states[:, 3]
+    wet = np.log(burnt(engine, humid, share)["nox_index"] / nox) / 0.01
+    less = 100.0 * (burnt(engine, more, share)["nox_index"] * 0.95 / nox - 1.0)
     slope = np.gradient(np.log(nox * fuel), np.log(fuel))
     lines = [
         "power   EINOx  FOCA    diff   EICO   FOCA   diff   dlnNOx/  dlnEI/  NOx at   phi      phi      T prim. T exit",
         "  %     g/kg   g/kg     %     g/kg   g/kg    %     dlnWf    dhum    -5% fuel primary  intermed.  K       K",
     ]
-    for i, share in enumerate(REPORTED):
+    for i, part in enumerate(REPORTED):
         foca_nox, foca_co = foca.nox_index(float(power[i])), foca.co_index(float(power[i]))
         lines.append(
-            f"{100 * share:4.0f}  {1e3 * nox[i]:6.3f} {1e3 * foca_nox:6.3f} {100 * (nox[i] / foca_nox - 1):+7.1f} "
+            f"{100 * part:4.0f}  {1e3 * nox[i]:6.3f} {1e3 * foca_nox:6.3f} {100 * (nox[i] / foca_nox - 1):+7.1f} "
             f"{1e3 * out['co_index'][i]:6.1f} {1e3 * foca_co:6.1f} {100 * (out['co_index'][i] / foca_co - 1):+6.0f}"
             f"   {slope[i]:6.2f}  {wet[i]:6.1f}  {less[i]:+6.1f}   {out['primary_equivalence_ratio'][i]:6.3f}"
             f"   {out['intermediate_equivalence_ratio'][i]:6.3f}   {out['primary_temperature'][i]:6.0f}"

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from calibrate_combustor import FITTED, REPORTED, operating_line
+from calibrate_combustor import FITTED, REPORTED, burnt, operating_line
 from page_table import table
 
 from vrsopt import foca
 from vrsopt.combustor.bulk import solve_combustor_many
-from vrsopt.combustor.emissions import emission_sensitivities
+from vrsopt.combustor.emissions import emission_sensitivities, emissions
 from vrsopt.report.plots import png
 from vrsopt.report.style import BLACK, BLUE, NORMAL, SMALL, VERMILION, new_figure, tidy
 from vrsopt.turboshaft.cycle import gas_path
@@ -40,15 +40,6 @@ def fits(engine: EngineData) -> dict[str, EngineData]:
     return {"shipped": engine, "wide_mixing": engine.variant("wide_mixing")}
 
 
-def burnt(engine: EngineData, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Outputs of the combustor at states (N, 5); raises :class:`RuntimeError` where one is not solved."""
-    burner = engine.combustor
-    solved = solve_combustor_many(states, engine.reactors, burner.hydrogen_to_carbon, burner.heating_value)
-    if not solved.success.all():
-        raise RuntimeError(next(iter(solved.failures.values())))
-    return solved.outputs
-
-
 def slopes(engine: EngineData, powers: tuple[float, ...]) -> np.ndarray:
     """d ln(NOx flow) / d ln(fuel flow) along the operating line at shares of the take-off rating, exact (N,)."""
     system, found = gas_path(engine), []
@@ -60,8 +51,7 @@ def slopes(engine: EngineData, powers: tuple[float, ...]) -> np.ndarray:
             raise RuntimeError(solution.message)
         nox = emission_sensitivities(engine, solution, system)["nox"]["demand"]
         fuel = system.sensitivities(solution)["fuel_flow"]["demand"]
-        index = burnt(engine, operating_line(engine, (share,))[1])["nox_index"][0]
-        found.append(nox / fuel / index)
+        found.append(nox / fuel / emissions(engine, solution).nox_index)
     return np.array(found)
 
 
@@ -72,35 +62,35 @@ def foca_slopes(powers: np.ndarray) -> np.ndarray:
     return np.diff(np.log(foca.nox_index(step)) + fuel, axis=0)[0] / np.diff(fuel, axis=0)[0]
 
 
-def humidity_slopes(engine: EngineData, states: np.ndarray) -> np.ndarray:
+def humidity_slopes(engine: EngineData, states: np.ndarray, share: np.ndarray) -> np.ndarray:
     """d ln EINOx / d humidity at fixed pressure, temperature, air and fuel at the combustor (N,)."""
     humid = states.copy()
     humid[:, 4] = HUMID
-    return np.log(burnt(engine, humid)["nox_index"] / burnt(engine, states)["nox_index"]) / HUMID
+    return np.log(burnt(engine, humid, share)["nox_index"] / burnt(engine, states, share)["nox_index"]) / HUMID
 
 
 def draw(engine: EngineData) -> Any:
     """NOx, CO and the two slopes over shaft power, both fits against FOCA."""
     figure = new_figure(9.0, 6.6)
     nox_axes, co_axes, slope_axes, humid_axes = figure.subplots(2, 2).ravel()
-    power, states = operating_line(engine, LINE)
+    power, *line_states = operating_line(engine, LINE)
     kilowatts = power / 1e3
     for axes, index in ((nox_axes, foca.nox_index), (co_axes, foca.co_index)):
         axes.fill_between(kilowatts, 500 * index(power), 2000 * index(power), color="#eeeeee", zorder=0)
         axes.plot(kilowatts, 1e3 * index(power), color=BLACK, lw=1.0, ls=":", label="FOCA, shaded: factor 2 either way")
     slope_axes.plot(kilowatts, foca_slopes(power), color=BLACK, lw=1.0, ls=":", label="FOCA")
     humid_axes.axhline(ICAO_HUMIDITY_SLOPE, color=BLACK, lw=1.0, ls=":", label="ICAO correction")
-    marks, mark_states = operating_line(engine, FITTED)
+    marks, *mark_states = operating_line(engine, FITTED)
     for name, one in fits(engine).items():
         colour, style = STYLES[name]
         line: dict[str, Any] = {"color": colour, "ls": style, "lw": 1.6, "label": NAMES[name]}
-        out, at = burnt(one, states), burnt(one, mark_states)
+        out, at = burnt(one, *line_states), burnt(one, *mark_states)
         nox_axes.plot(kilowatts, 1e3 * out["nox_index"], **line)
         nox_axes.plot(marks / 1e3, 1e3 * at["nox_index"], "o", color=colour, ms=4)
         co_axes.plot(kilowatts, 1e3 * out["co_index"], **line)
         co_axes.plot(marks[-1] / 1e3, 1e3 * at["co_index"][-1], "o", color=colour, ms=4)
         slope_axes.plot(kilowatts, slopes(one, LINE), **line)
-        humid_axes.plot(kilowatts, humidity_slopes(one, states), **line)
+        humid_axes.plot(kilowatts, humidity_slopes(one, *line_states), **line)
     titles = (
         (nox_axes, "NOx index, g/kg (dots: fitted)"),
         (co_axes, "CO index, g/kg (dot: fitted)"),
@@ -133,8 +123,8 @@ def lines(engine: EngineData) -> Iterator[str]:
 
 
 def _line_table(engine: EngineData) -> Iterator[str]:
-    power, states = operating_line(engine, REPORTED)
-    out, steep, humid = burnt(engine, states), slopes(engine, REPORTED), humidity_slopes(engine, states)
+    power, *states = operating_line(engine, REPORTED)
+    out, steep, humid = burnt(engine, *states), slopes(engine, REPORTED), humidity_slopes(engine, *states)
     rows = []
     for k, share in enumerate(REPORTED):
         nox, co = 1e3 * foca.nox_index(power[k]), 1e3 * foca.co_index(power[k])
@@ -159,18 +149,14 @@ def _line_table(engine: EngineData) -> Iterator[str]:
 
 def _recirculation_table(engine: EngineData) -> Iterator[str]:
     shares = (0.07, 0.30, 0.60, 1.00)
-    _, states = operating_line(engine, shares)
+    _, states, part = operating_line(engine, shares)
     burner, rows = engine.combustor, []
     for value in RECIRCULATIONS:
         solved = solve_combustor_many(
             states, engine.reactors.replaced(recirculation=value), burner.hydrogen_to_carbon, burner.heating_value
         )
-        cells = [
-            f"{1e3 * solved.outputs['nox_index'][k]:.2f}, {solved.outputs['leanest_pocket_temperature'][k]:.0f} K"
-            if solved.success[k]
-            else "not solved"
-            for k in range(len(shares))
-        ]
+        nox, coldest = 1e3 * part * solved.outputs["nox_index"], solved.outputs["leanest_pocket_temperature"]
+        cells = [f"{nox[k]:.2f}, {coldest[k]:.0f} K" if solved.success[k] else "not solved" for k in range(len(shares))]
         rows.append((f"{value:.1f}", *cells))
     yield from table(("recirculation", *(f"{100 * share:.0f} % power" for share in shares)), rows)
 

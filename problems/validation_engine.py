@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from calibrate_combustor import FITTED, operating_line
-from emissions import burnt, fits, humidity_slopes, slopes
+from calibrate_combustor import FITTED, burnt, operating_line
+from emissions import fits, humidity_slopes, slopes
 from page_table import table
 
 from vrsopt import foca
@@ -160,10 +160,10 @@ def _agreement(engine: EngineData, points: np.ndarray) -> str:
 def emissions() -> Iterator[str]:
     """NOx and CO of both fits along the operating line."""
     engine = load_engine()
-    power, states = operating_line(engine, MISSION_LINE)
+    power, *states = operating_line(engine, MISSION_LINE)
     rows = []
     for name, one in fits(engine).items():
-        out, steep, humid = burnt(one, states), slopes(one, MISSION_LINE), humidity_slopes(one, states)
+        out, steep, humid = burnt(one, *states), slopes(one, MISSION_LINE), humidity_slopes(one, *states)
         for k, share in enumerate(MISSION_LINE):
             nox, co = foca.nox_index(power[k]), foca.co_index(power[k])
             rows.append(

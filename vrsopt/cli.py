@@ -157,7 +157,7 @@ def engine(
 ) -> int:
     """One engine at one demand: shaft power, gas-generator speed, turbine temperature or a rating.
 
-    Fuel flow and emissions of one engine; unburnt hydrocarbons are not modelled, NOx and CO at idle are indicative.
+    Fuel flow and emissions of one engine; hydrocarbons by FOCA's correlation; NOx and CO at idle are indicative.
 
     \b
     Example: cruise power on a hot day; take-off rating in humid air

@@ -51,8 +51,8 @@ class OperatingPoint:
     """Trimmed aircraft with its engines, SI units; powers, fuel and emissions are those of all engines that operate,
     unless named so.
 
-    nox (as NO2), co and co2 in kg/s, their indices in kg per kg of fuel; unburnt hydrocarbons are not modelled, so that
-    co2 is the fuel's carbon less that in CO (:mod:`vrsopt.combustor.emissions`). nox_of_fits: NOx by the name of the
+    nox (as NO2), co and co2 in kg/s, their indices in kg per kg of fuel (:mod:`vrsopt.combustor.emissions`); co2 is the
+    fuel's carbon less that in CO and in the hydrocarbons of FOCA's correlation. nox_of_fits: NOx by the name of the
     combustor's fit; the shipped one is nox.
 
     Moments at the hub in N m, roll to the right and nose up. one_engine_inoperative_margin: what the rating of the
@@ -149,7 +149,7 @@ class OperatingPoint:
             ("fuel flow, CO2", f"{self.fuel_flow * 3600:.1f} kg/h, {self.co2 * 3600:.1f} kg/h"),
             ("NOx", f"{self.nox * 3.6e6:.0f} g/h ({low:.0f} to {high:.0f}), index {self.nox_index * 1e3:.2f} g/kg"),
             ("CO", f"{self.co * 3.6e6:.0f} g/h, index {self.co_index * 1e3:.2f} g/kg"),
-            ("emissions", "hydrocarbons are not modelled; at idle power NOx and CO are indicative only"),
+            ("emissions", "no hydrocarbons listed; at idle power NOx and CO are indicative only"),
             ("collective", f"{degrees('collective')} deg; tail rotor {degrees('tail_collective')} deg"),
             ("cyclic", f"lateral, longitudinal {degrees('lateral_cyclic', 'longitudinal_cyclic')} deg"),
             ("attitude", f"pitch, roll {degrees('pitch', 'roll')} deg"),

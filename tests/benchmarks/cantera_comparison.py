@@ -28,7 +28,7 @@ from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import EngineData, load_engine
 
 MECHANISMS: tuple[Nitrogen, ...] = ("full", "no_prompt", "thermal")
-STATES = ("compressor_exit_pressure", "compressor_exit_temperature", "combustor_air_flow", "fuel_flow")
+STATES = ("compressor_exit_pressure", "compressor_exit_temperature", "combustor_air_flow", "burnt_fuel_flow")
 METHYLENE = {"full": ETHYLENE, "no_prompt": 0.0, "thermal": 0.0, "inert": 0.0}  # our prompt NO by mechanism
 POWERS = (0.07, 0.3, 0.6, 0.78, 1.0)  # of the take-off rating
 SLOPES_AT = (0.6, 1.0)

@@ -29,8 +29,8 @@ def test_nothing_else_is_fitted():
 
 def test_how_close_the_fit_is_to_foca():
     engine = load_engine()
-    power, states = operating_line(engine, FITTED)
-    outputs = burnt(engine, states)
+    power, *states = operating_line(engine, FITTED)
+    outputs = burnt(engine, *states)
     nox = outputs["nox_index"] / [foca.nox_index(float(value)) for value in power]
     assert np.all(np.abs(np.log(nox)) < 0.10)
     assert outputs["co_index"][-1] == pytest.approx(foca.co_index(float(power[-1])), rel=0.01)

@@ -10,7 +10,7 @@ from vrsopt.errors import InputError
 from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.data import load_engine
 
-INLET = ("compressor_exit_pressure", "compressor_exit_temperature", "combustor_air_flow", "fuel_flow")
+INLET = ("compressor_exit_pressure", "compressor_exit_temperature", "combustor_air_flow", "burnt_fuel_flow")
 
 
 def engine_states(engine, count, seed=0):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vrsopt import foca
 from vrsopt.combustor.emissions import (
     INDICES,
     SHIPPED,
@@ -47,8 +48,11 @@ def test_indices_flows_and_carbon(power):
     assert found.success and found.residual_norm < TOLERANCE
     for name in SPECIES:
         assert getattr(found, name) == pytest.approx(getattr(found, f"{name}_index") * fuel, rel=1e-12)
-    carbon = 12.011 / (12.011 + 1.008 * ENGINE.combustor.hydrogen_to_carbon) * fuel  # CHx
+    burnt = 1.0 - gas.outputs["hydrocarbon_index"]
+    carbon = burnt * 12.011 / (12.011 + 1.008 * ENGINE.combustor.hydrogen_to_carbon) * fuel  # CHx
     assert found.co2 * 12.011 / 44.009 + found.co * 12.011 / 28.010 == pytest.approx(carbon, rel=1e-5)
+    # FOCA's hydrocarbons, 38 % too many at full power, where the engine's efficiency is 0.99 and FOCA's 0.993
+    assert gas.outputs["hydrocarbon_index"] == pytest.approx(foca.hc_index(power), rel=0.4 if power > 300e3 else 0.2)
     assert 0 < found.co_index < 0.25 and 0 < found.nox_index < 0.02
 
 
@@ -79,8 +83,8 @@ def test_many_are_the_same_one_by_one():
     rows = np.column_stack([powers, np.tile(list(PLACE.values()), (3, 1))])
     rows[:, -1] = humidity
     states = dict(solve_many(rows).outputs)
-    states["fuel_flow"] = np.append(states["fuel_flow"], np.nan)  # a gas path that failed
-    for name in set(states) - {"fuel_flow"}:
+    states["burnt_fuel_flow"] = np.append(states["burnt_fuel_flow"], np.nan)  # a gas path that failed
+    for name in set(states) - {"burnt_fuel_flow"}:
         states[name] = np.append(states[name], states[name][-1])
     many = emissions_many(ENGINE, states, np.append(humidity, 0.0))
     for k, (power, vapour) in enumerate(zip(powers.tolist(), humidity.tolist(), strict=True)):
@@ -110,11 +114,13 @@ def test_derivatives_are_those_of_solutions_solved_again(mode, demand, changes):
         found = emissions(ENGINE, system.solve({**parameters, **new}, method="newton"))
         return np.array([getattr(found, name) for name in slopes])
 
+    size = np.abs(flows())
     for name, value in parameters.items():
         h = steps.get(name, 1e-3)
         near, far = ((flows(**{name: value + s}) - flows(**{name: value - s})) / (2 * s) for s in (h, 2 * h))
         exact = np.array([slopes[output][name] for output in slopes])
-        np.testing.assert_allclose(exact, (4 * near - far) / 3, rtol=1e-5, atol=1e-9 * np.max(np.abs(exact)))
+        differences = (4 * near - far) / 3  # good to the solutions' own 1e-9 over the step
+        assert np.all(np.abs(differences - exact) <= 1e-5 * np.abs(exact) + 1e-9 * size / h)
 
 
 def test_far_beyond_the_engine_s_limits_there_are_numbers_or_nan_and_no_warning():

@@ -18,7 +18,8 @@ def test_take_off_rating():
     assert result.sfc_kg_kwh == pytest.approx(0.395, rel=0.005)
     assert result.fuel_flow_kg_s * 3600 == pytest.approx(123.6, rel=0.005)
     carbon = 44.009 / 28.010 * result.co_kg_s  # leaves as CO instead
-    assert result.co2_kg_s + carbon == pytest.approx(3.156 * result.fuel_flow_kg_s, rel=2e-4)
+    burnt = (1.0 - 1e-3 * result.hc_index_g_kg) * result.fuel_flow_kg_s
+    assert result.co2_kg_s + carbon == pytest.approx(3.156 * burnt, rel=2e-4)
     assert result.gas_generator_speed_percent == pytest.approx(100.0)
     assert result.residual_norm < 1e-8
     assert "313.0 kW" in str(result) and "0.395 kg/kWh" in str(result)
@@ -215,7 +216,7 @@ def test_emissions_belong_to_the_gas_path():
     assert result.nox_range_kg_s[0] <= result.nox_kg_s <= result.nox_range_kg_s[1]
     assert result.nox_kg_s < engine(200e3).nox_kg_s
     assert f"{result.nox_index_g_kg:.2f} g/kg" in str(result)
-    assert "hydrocarbons are not modelled; at idle NOx and CO are indicative only" in str(result)
+    assert "g/kg by FOCA's correlation; at idle NOx and CO are indicative only" in str(result)
 
 
 def test_emissions_that_fail_do_not_fail_the_engine(monkeypatch):

@@ -1,10 +1,9 @@
 """NOx, CO and CO2 of one engine: a solved gas path feeds the combustor's network of stirred reactors.
 
-CO2 is the carbon balance of the fuel less the carbon that leaves as CO. Unburnt hydrocarbons are not modelled: the fuel
-breaks up at once, so that the part of it which a real engine leaves unburnt (by FOCA's fleet average 10 % at ground
-idle, 1.6 % at 38 % power, 0.6 % at full power: ``hc_index`` of :mod:`vrsopt.foca`) counts as CO2 here. The gas path
-has its own combustion efficiency, 0.99 at full power and 0.8 to 0.9 at idle, which the network does not know: there it
-is hotter than the engine, and NOx and CO are indicative only.
+The network breaks up all fuel that enters it at once and has no hydrocarbons. What leaves a real combustor unburnt is
+therefore kept out of it: FOCA's hydrocarbons, through the combustion efficiency of the gas path (10 % of the fuel at
+ground idle, 1 % at full power). They are a correlation, not a result of the network; where they are many, at idle, NOx
+and CO are indicative only. CO2 is the carbon of the burnt fuel less that which leaves as CO.
 
 The combustor's numbers are a fit, and other fits meet the same points. NOx is that of the engine's own ``reactors``;
 the fits of the engine are these and the ``reactors`` of every variant in its file that has any, and the range over all
@@ -35,7 +34,7 @@ INLET = {  # parameter of the combustor: output of the gas path
     "pressure": "compressor_exit_pressure",
     "temperature": "compressor_exit_temperature",
     "air_flow": "combustor_air_flow",
-    "fuel_flow": "fuel_flow",
+    "fuel_flow": "burnt_fuel_flow",
 }
 
 
@@ -45,7 +44,7 @@ class Emissions:
 
     ``nox_of_fits`` [kg/s]: by the name of the fit, "shipped" and the engine's variants. Without ``success`` the gas
     path or the shipped fit was not solved and the numbers are nan; ``message`` says why. Another fit that was not
-    solved is nan in ``nox_of_fits`` alone. Unburnt hydrocarbons are not modelled.
+    solved is nan in ``nox_of_fits`` alone.
     """
 
     success: bool
@@ -87,7 +86,8 @@ def emissions(engine: EngineData, gas_path: Solution) -> Emissions:
     if gas_path.success:
         fits = {name: _burnt(system, gas_path) for name, system in _combustors(engine).items()}
     shipped, fuel = fits[SHIPPED], gas_path.outputs["fuel_flow"]
-    indices = {name: shipped.outputs[name] if shipped.success else math.nan for name in INDICES}
+    burnt = 1.0 - gas_path.outputs["hydrocarbon_index"]  # the network's indices are per kg of fuel that enters it
+    indices = {name: burnt * shipped.outputs[name] if shipped.success else math.nan for name in INDICES}
     others = [f"{name} fit: {other.message}" for name, other in fits.items() if shipped.success and not other.success]
     return Emissions(
         success=shipped.success,
@@ -96,7 +96,7 @@ def emissions(engine: EngineData, gas_path: Solution) -> Emissions:
         residual_norm=shipped.residual_norm,
         **{name: indices[f"{name}_index"] * fuel for name in SPECIES},
         **indices,
-        nox_of_fits={name: _nox(burnt) * fuel for name, burnt in fits.items()},
+        nox_of_fits={name: _nox(fit) * burnt * fuel for name, fit in fits.items()},
     )
 
 
@@ -117,16 +117,17 @@ def emission_sensitivities(
     burnt = _burnt(system, gas_path)
     inner = system.sensitivities(burnt)
     names = tuple(gas_path.parameters)
-    reached = {source: np.array([outer[source][name] for name in names]) for source in INLET.values()}
+    reached = {source: np.array([outer[source][name] for name in names]) for source in (*INLET.values(), "fuel_flow")}
     moist = np.array([float(name == "humidity") for name in names])
 
     def along(output: str) -> np.ndarray:
         flow = sum((inner[output][here] * reached[there] for here, there in INLET.items()), np.zeros(len(names)))
         return flow + inner[output]["humidity"] * moist
 
-    slopes, fuel = {index: along(index) for index in INDICES}, gas_path.outputs["fuel_flow"]
+    fuel, entering, slopes = gas_path.outputs["fuel_flow"], gas_path.outputs["burnt_fuel_flow"], {}
     for name, index in zip(SPECIES, INDICES, strict=True):
-        slopes[name] = fuel * slopes[index] + burnt.outputs[index] * reached["fuel_flow"]
+        slopes[name] = entering * along(index) + burnt.outputs[index] * reached["burnt_fuel_flow"]
+        slopes[index] = (slopes[name] - burnt.outputs[index] * entering / fuel * reached["fuel_flow"]) / fuel
     return {name: dict(zip(names, slopes[name].tolist(), strict=True)) for name in (*SPECIES, *INDICES)}
 
 
@@ -148,7 +149,7 @@ def emissions_many(
         solved = solve_combustor_many(points[known], reactors, burner.hydrogen_to_carbon, burner.heating_value)
         flows[fit] = np.full((len(INDICES), len(points)), math.nan)
         flows[fit][:, known] = np.where(solved.success, [solved.outputs[index] for index in INDICES], math.nan)
-        flows[fit] *= points[:, -2]  # fuel flow
+        flows[fit] *= points[:, -2]  # the fuel that enters the network
     each = {f"nox_{fit}": flow[0] for fit, flow in flows.items()}
     low, high = (pick(list(each.values()), axis=0) for pick in (np.min, np.max))
     return dict(zip(SPECIES, flows[SHIPPED], strict=True)) | each | {"nox_low": low, "nox_high": high}

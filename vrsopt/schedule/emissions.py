@@ -24,7 +24,7 @@ COUNTED_AS = {"search": "loiter"}  # kinds of task that are no phase of their ow
 POLLUTANTS = ("co2", "nox", "co")
 NOTE = (
     "NOx is a model fitted to a fleet average, given with its range over the fits of the combustor; NOx and CO at idle "
-    "are indicative only; the air is dry; unburnt hydrocarbons are not modelled"
+    "are indicative only; the air is dry; unburnt hydrocarbons are in FOCA's estimate only"
 )
 
 

@@ -61,6 +61,8 @@ OUTPUTS = (
     Named("combustor_air_flow", "kg/s"),
     Named("fuel_air_ratio", "-"),
     Named("combustion_efficiency", "-"),
+    Named("burnt_fuel_flow", "kg/s"),
+    Named("hydrocarbon_index", "kg/kg"),
     Named("compressor_efficiency", "-"),
     Named("compressor_speed", "-"),
     Named("map_coordinate", "-"),

@@ -56,13 +56,17 @@ class CompressorData(Record):
 
 
 class CombustorData(Record):
-    """Combustor: fuel, combustion efficiency and its fall with loading, pressure loss."""
+    """Combustor: fuel, combustion efficiency and its fall with loading, pressure loss.
+
+    ``hydrocarbon_share``: part of the combustion loss that is unburnt fuel; the rest of the loss is CO.
+    """
 
     heating_value: Annotated[float, Unit("J/kg"), Field(gt=0)]
     efficiency: Annotated[float, Unit("-"), Field(ge=0.5, lt=1)]
     loss_slope: Number
     loss_curvature: Number
     loss_ceiling: Annotated[float, Unit("-"), Field(gt=0, lt=1)]
+    hydrocarbon_share: Annotated[float, Unit("-"), Field(ge=0, le=1)]
     pressure_loss: Fraction
     hydrogen_to_carbon: Annotated[float, Unit("-"), Field(ge=0, le=4)]
 

@@ -82,6 +82,7 @@ class EngineResult:
     co2_kg_s: float
     nox_index_g_kg: float
     co_index_g_kg: float
+    hc_index_g_kg: float
     nox_range_kg_s: tuple[float, float]
     residual_norm: float
 
@@ -94,7 +95,10 @@ class EngineResult:
             ("CO2", f"{self.co2_kg_s * 3600:.1f} kg/h"),
             ("NOx", f"{self.nox_kg_s * 3.6e6:.0f} g/h ({self.nox_index_g_kg:.2f} g/kg), {low:.0f} to {high:.0f} g/h"),
             ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg)"),
-            ("emissions", "hydrocarbons are not modelled; at idle NOx and CO are indicative only"),
+            (
+                "hydrocarbons",
+                f"{self.hc_index_g_kg:.1f} g/kg by FOCA's correlation; at idle NOx and CO are indicative only",
+            ),
             ("gas generator", f"{self.gas_generator_speed_percent:.1f} %, pressure ratio {self.pressure_ratio:.2f}"),
             (
                 "air flow",
@@ -250,6 +254,7 @@ def _result(
         co2_kg_s=emitted.co2 if emitted is not None and known else out["co2_flow"],
         nox_index_g_kg=1e3 * nox_index,
         co_index_g_kg=1e3 * co_index,
+        hc_index_g_kg=1e3 * out["hydrocarbon_index"],
         nox_range_kg_s=(low, high),
         residual_norm=solution.residual_norm,
     )

@@ -129,8 +129,11 @@ class Path:
         parameter = (burnt / self.p3) ** 2 * gas_constant(0.0, w) * self.t3
         self.p4 = self.p3 * (1.0 - data.pressure_loss * parameter / design.combustor_parameter)
         self.w4 = burnt + self.fuel
+        unburnt = data.hydrocarbon_share * (1.0 - efficiency)
         self.outputs |= {
             "fuel_flow": self.fuel,
+            "burnt_fuel_flow": (1.0 - unburnt) * self.fuel,
+            "hydrocarbon_index": unburnt,
             "co2_flow": data.co2_per_fuel * self.fuel,
             "turbine_inlet_temperature": self.t4,
             "combustor_air_flow": burnt,
