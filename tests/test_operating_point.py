@@ -285,3 +285,9 @@ def test_the_hash_of_the_data_counts_every_fit_of_the_combustor():
     changed["wide_mixing"]["reactors"]["dilution_volume"]["value"] *= 0.99
     other.engine = MACHINE.engine.model_copy(update={"variants": changed})
     assert other.data_hash != MACHINE.data_hash
+
+
+def test_what_one_engine_leaves_is_at_most_its_own_rating():
+    weak = Helicopter(MACHINE.aircraft)
+    weak.engine = MACHINE.engine.changed("ratings", take_off_power=200e3)
+    assert MACHINE._one_engine_margin(150e3) - weak._one_engine_margin(150e3) == pytest.approx(83.9e3)

@@ -166,7 +166,8 @@ class Helicopter:
         """Rating of the engines left when one has failed less the power they would have to give [W]."""
         drive = self.aircraft.transmission
         needed = drive.power_per_engine(rotor_power) * drive.engines
-        return (drive.engines - 1) * 1e3 * drive.one_engine_inoperative_power - needed
+        rating = min(1e3 * drive.one_engine_inoperative_power, self.engine.ratings.take_off_power)
+        return (drive.engines - 1) * rating - needed
 
     def usages(
         self, flight: Mapping[str, float], trim: Solution, engine: Solution, power: float, limits: Limits
