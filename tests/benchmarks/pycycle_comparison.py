@@ -19,9 +19,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 import venv
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -29,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from process_time import process_time
 from pycycle_maps import CompressorTables, TurbineTables, component_maps
 
 from vrsopt.bulk import BulkSolver
@@ -182,16 +182,6 @@ def compare(system: ResidualSystem, point: dict[str, Any]) -> dict[str, Any]:
         "vrsopt_iterations": solution.iterations,
         "pycycle_step_s": point["step_s"],
     }
-
-
-def process_time(action: Callable[[], object], repeats: int = 7) -> float:
-    """Median of the process times [s]."""
-    times = []
-    for _ in range(repeats):
-        begin = time.process_time()
-        action()
-        times.append(time.process_time() - begin)
-    return statistics.median(times)
 
 
 def times(system: ResidualSystem, points: Sequence[dict[str, float]], copies: int = 100) -> dict[str, float]:

@@ -11,7 +11,6 @@ Jacobian were residuals: as many as fit into the time of a Jacobian, which count
 from __future__ import annotations
 
 import json
-import statistics
 import time
 import tomllib
 from collections.abc import Callable
@@ -22,6 +21,7 @@ import casadi as ca
 import numpy as np
 from marched_rotor import Condition, Numerics
 from marched_trim import MarchedTrim, Trim
+from process_time import process_time
 
 from vrsopt.aircraft import DATA, load_aircraft
 from vrsopt.equilibrium import TrimEquations, trim_system
@@ -140,16 +140,6 @@ def product_effort(system: ResidualSystem, solution: Solution) -> dict[str, floa
         "jacobian": lambda: jacobian(solution.scaled),
     }
     return {**effort, **{f"{name}_s": process_time(action) for name, action in seconds.items()}}
-
-
-def process_time(action: Callable[[], object], repeats: int = 7) -> float:
-    """Median of the process times [s]."""
-    times = []
-    for _ in range(repeats):
-        begin = time.process_time()
-        action()
-        times.append(time.process_time() - begin)
-    return statistics.median(times)
 
 
 def compare(fidelity: Fidelity, changes: dict[str, float]) -> dict[str, Any]:
