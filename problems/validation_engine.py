@@ -184,4 +184,4 @@ def emissions() -> Iterator[str]:
         "where marked: agreement there is no validation. More, idle too, on [the emissions page](emissions.md).\n"
     )
     header = ("fit", "power", "NOx g/kg", "to FOCA", "CO g/kg", "to FOCA", "d ln NOx/d ln fuel")
-    yield from table((*header, "d ln NOx/d humidity (ICAO -19)"), rows)
+    yield from table((*header, "d ln NOx/d humidity (prompt NO chosen for ICAO's -19)"), rows)

@@ -94,3 +94,10 @@ def test_what_may_be_differentiated():
     assert all(math.isfinite(value) for row in slopes.values() for value in row.values())
     with pytest.raises(InputError, match="no derivatives of a point that was not solved: stuck"):
         replace(solved(LEVEL, None), success=False, message="stuck").derivatives()
+
+
+def test_without_a_combustor_the_other_derivatives_are_left():
+    point = MACHINE.point(LEVEL, limits=LIMITS)
+    whole, rest = point.derivatives(), replace(point, nox=math.nan).derivatives()
+    assert all(math.isnan(value) for value in rest["nox"].values())
+    assert rest["fuel_flow"]["mass"] == whole["fuel_flow"]["mass"]

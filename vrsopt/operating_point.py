@@ -141,13 +141,14 @@ class OperatingPoint:
             return ", ".join(f"{math.degrees(getattr(self, name)):.2f}" for name in names)
 
         low, high = (3.6e6 * flow for flow in self.nox_range)
+        fits = f" ({low:.0f} to {high:.0f} over the combustor's fits)" if high > low else ""
         alone = self.engines_operating < self.aircraft.transmission.engines
         operating = f", {self.engines_operating} of {self.aircraft.transmission.engines} operating" if alone else ""
         rows = (
             ("main, tail rotor", f"{self.main_rotor_power / 1e3:.1f} kW, {self.tail_rotor_power / 1e3:.1f} kW"),
             ("shaft per engine", f"{self.shaft_power_per_engine / 1e3:.1f} kW{operating}"),
             ("fuel flow, CO2", f"{self.fuel_flow * 3600:.1f} kg/h, {self.co2 * 3600:.1f} kg/h"),
-            ("NOx", f"{self.nox * 3.6e6:.0f} g/h ({low:.0f} to {high:.0f}), index {self.nox_index * 1e3:.2f} g/kg"),
+            ("NOx", f"{self.nox * 3.6e6:.0f} g/h{fits}, index {self.nox_index * 1e3:.2f} g/kg"),
             ("CO", f"{self.co * 3.6e6:.0f} g/h, index {self.co_index * 1e3:.2f} g/kg"),
             ("emissions", "no hydrocarbons listed; at idle power NOx and CO are indicative only"),
             ("collective", f"{degrees('collective')} deg; tail rotor {degrees('tail_collective')} deg"),

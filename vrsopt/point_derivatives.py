@@ -38,7 +38,8 @@ def derivatives(point: OperatingPoint) -> dict[str, dict[str, float]]:
     the others held, and turn_rate with the others but load_factor held. In straight flight the derivative by
     load_factor does not exist (a turn begins with the square root of the extra load) and is nan: use turn_rate.
 
-    Close to a fold of the trim (small ``trim.smallest_singular_value``) derivatives grow without bound. Raises
+    Those of emissions are nan where the combustor was not solved. Close to a fold of the trim (small
+    ``trim.smallest_singular_value``) derivatives grow without bound. Raises
     :class:`InputError` for a point that was not solved.
     """
     if not point.success or point.gas_path is None:
@@ -47,7 +48,10 @@ def derivatives(point: OperatingPoint) -> dict[str, dict[str, float]]:
     rotors = {name: _row(trim[name]) for name in ROTOR_POWERS}
     system = gas_path(point.engine, "power")
     inner = system.sensitivities(point.gas_path)
-    inner |= emission_sensitivities(point.engine, point.gas_path, system)
+    if np.isfinite(point.nox):
+        inner |= emission_sensitivities(point.engine, point.gas_path, system)
+    else:  # the combustor was not solved, which costs the emissions alone
+        inner |= {name: dict.fromkeys(point.gas_path.parameters, np.nan) for name in (*SPECIES, *INDICES)}
     parameters = _coupling(point, sum(rotors.values(), np.zeros(len(TRIM_VARIABLES))))
     engine = {name: _row(inner[name], point.gas_path.parameters) @ parameters for name in inner}
     count = point.engines_operating

@@ -12,6 +12,7 @@ from vrsopt.surrogate.engine_table import engine_table
 from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import sized
 from vrsopt.turboshaft.data import load_engine
+from vrsopt.turboshaft.performance import engine
 
 GENERIC = load_engine("generic_500kw")
 
@@ -53,3 +54,8 @@ def test_an_aircraft_flies_with_it():
     alone = vrsopt.engine(point.shaft_power_per_engine, mach=30.0 / 340.294, engine_data=GENERIC)
     assert point.fuel_flow == pytest.approx(2 * alone.fuel_flow_kg_s, rel=1e-6)
     assert max(engine_table(engine_data=GENERIC).error) < 1e-6
+
+
+def test_one_fit_of_the_combustor_has_no_range():
+    assert "over the combustor's fits" in str(engine(200e3))
+    assert "over the combustor's fits" not in str(engine(200e3, engine_data=GENERIC))

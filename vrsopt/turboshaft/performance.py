@@ -88,12 +88,13 @@ class EngineResult:
 
     def __str__(self) -> str:
         sfc = "-" if self.sfc_kg_kwh is None else f"{self.sfc_kg_kwh:.3f} kg/kWh"
-        low, high = (1e3 * value * 3600 for value in self.nox_range_kg_s)
+        low, high = (3.6e6 * value for value in self.nox_range_kg_s)
+        fits = f", {low:.0f} to {high:.0f} g/h over the combustor's fits" if high > low else ""
         rows = [
             ("power", f"{self.power_w / 1e3:.1f} kW at {self.power_turbine_speed_percent:.1f} % power-turbine speed"),
             ("fuel flow", f"{self.fuel_flow_kg_s * 3600:.1f} kg/h ({sfc})"),
             ("CO2", f"{self.co2_kg_s * 3600:.1f} kg/h"),
-            ("NOx", f"{self.nox_kg_s * 3.6e6:.0f} g/h ({self.nox_index_g_kg:.2f} g/kg), {low:.0f} to {high:.0f} g/h"),
+            ("NOx", f"{self.nox_kg_s * 3.6e6:.0f} g/h ({self.nox_index_g_kg:.2f} g/kg){fits}"),
             ("CO", f"{self.co_kg_s * 3.6e6:.0f} g/h ({self.co_index_g_kg:.1f} g/kg)"),
             (
                 "hydrocarbons",
