@@ -25,7 +25,7 @@ from vrsopt import foca
 from vrsopt.bulk import ManySolutions
 from vrsopt.combustor.bulk import solve_combustor_many
 from vrsopt.combustor.data import ReactorData
-from vrsopt.combustor.emissions import INDICES, INLET
+from vrsopt.combustor.emissions import INDICES, INLET, SHIPPED, reactor_fits
 from vrsopt.combustor.network import PARAMETERS, combustor
 from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import gas_path
@@ -35,6 +35,7 @@ FREE = ("primary_air_fraction", "primary_unmixedness", "primary_volume", "diluti
 FITTED = (0.30, 0.60, 1.00)  # of the take-off rating
 REPORTED = (0.05, 0.07, 0.13, 0.30, 0.38, 0.46, 0.60, 0.65, 0.78, 0.87, 1.00)
 CO_WEIGHT = 0.3
+HUMID = 0.01  # kg/kg, over which the effect of humidity is measured
 LEANEST = 0.05  # of the mean fuel fraction: what the leanest pocket keeps at least
 
 
@@ -109,15 +110,26 @@ def burnt(engine: EngineData, states: np.ndarray, share: np.ndarray) -> dict[str
     return solved.outputs | {name: share * solved.outputs[name] for name in INDICES}
 
 
+def fits(engine: EngineData) -> dict[str, EngineData]:
+    """The engine with each fit of its combustor, by the name of the fit."""
+    return {name: engine if name == SHIPPED else engine.variant(name) for name in reactor_fits(engine)}
+
+
+def humidity_slopes(engine: EngineData, states: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """d ln EINOx / d humidity at fixed pressure, temperature, air and fuel at the combustor (N,)."""
+    humid = states.copy()
+    humid[:, 4] = HUMID
+    return np.log(burnt(engine, humid, share)["nox_index"] / burnt(engine, states, share)["nox_index"]) / HUMID
+
+
 def table(engine: EngineData) -> list[str]:
     """NOx and CO against FOCA on the operating line, slopes, equivalence ratios and temperatures, as lines of text."""
     power, states, share = operating_line(engine, REPORTED)
     out = burnt(engine, states, share)
     nox, fuel = out["nox_index"], states[:, 3] / share
-    humid, more = states.copy(), states.copy()
-    humid[:, 4], more[:, 3] = 0.01, 0.95 * states[:, 3]
-    wet = np.log(burnt(engine, humid, share)["nox_index"] / nox) / 0.01
-    less = 100.0 * (burnt(engine, more, share)["nox_index"] * 0.95 / nox - 1.0)
+    wet, leaner = humidity_slopes(engine, states, share), states.copy()
+    leaner[:, 3] *= 0.95
+    less = 100.0 * (burnt(engine, leaner, share)["nox_index"] * 0.95 / nox - 1.0)
     slope = np.gradient(np.log(nox * fuel), np.log(fuel))
     lines = [
         "power   EINOx  FOCA    diff   EICO   FOCA   diff   dlnNOx/  dlnEI/  NOx at   phi      phi      T prim. T exit",
@@ -138,8 +150,7 @@ def table(engine: EngineData) -> list[str]:
 def report(engine: EngineData) -> list[str]:
     """What the calibration of both fits gives, as lines of text."""
     lines = []
-    for name in ("shipped", "wide_mixing"):
-        one = engine if name == "shipped" else engine.variant(name)
+    for name, one in fits(engine).items():
         fit = calibrate(one)
         lines += [f"{name}: residuals " + " ".join(f"{value:+.4f}" for value in fit.residuals)]
         for key, low, high in zip(FREE, *bounds(one.reactors), strict=True):

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from calibrate_combustor import FITTED, REPORTED, burnt, operating_line
+from calibrate_combustor import FITTED, REPORTED, burnt, fits, humidity_slopes, operating_line
 from page_table import table
+from sea_level import at_sea_level
 
 from vrsopt import foca
-from vrsopt.combustor.bulk import solve_combustor_many
 from vrsopt.combustor.emissions import emission_sensitivities, emissions
 from vrsopt.report.plots import png
 from vrsopt.report.style import BLACK, BLUE, NORMAL, SMALL, VERMILION, new_figure, tidy
@@ -29,24 +29,16 @@ PAGE, FIGURE = HERE / "emissions.md", "emissions.png"
 MARKER = "<!-- tables: everything below is written by problems/emissions.py -->"
 LINE = tuple(np.linspace(0.05, 1.0, 39).tolist())
 ICAO_HUMIDITY_SLOPE = -19.0  # d ln EINOx / d humidity: ICAO Annex 16, volume II, appendix 3
-HUMID = 0.01  # kg/kg, over which the effect of humidity is measured
 RECIRCULATIONS = (0.0, 0.1, 0.2, 0.3, 0.4)
 STYLES = {"shipped": (BLUE, "-"), "wide_mixing": (VERMILION, "--")}
 NAMES = {"shipped": "shipped fit", "wide_mixing": "wide mixing"}
-
-
-def fits(engine: EngineData) -> dict[str, EngineData]:
-    """The combustor fits of the data file by name."""
-    return {"shipped": engine, "wide_mixing": engine.variant("wide_mixing")}
 
 
 def slopes(engine: EngineData, powers: tuple[float, ...]) -> np.ndarray:
     """d ln(NOx flow) / d ln(fuel flow) along the operating line at shares of the take-off rating, exact (N,)."""
     system, found = gas_path(engine), []
     for share in powers:
-        point = dict.fromkeys((parameter.name for parameter in system.parameters), 0.0)
-        point |= {"demand": share * engine.ratings.take_off_power, "power_turbine_speed": 1.0}
-        solution = system.solve(point, method="newton")
+        solution = at_sea_level(engine, share * engine.ratings.take_off_power)
         if not solution.success:
             raise RuntimeError(solution.message)
         nox = emission_sensitivities(engine, solution, system)["nox"]["demand"]
@@ -60,13 +52,6 @@ def foca_slopes(powers: np.ndarray) -> np.ndarray:
     step = np.exp([-1e-4, 1e-4])[:, None] * powers
     fuel = np.log(foca.fuel_flow(step))
     return np.diff(np.log(foca.nox_index(step)) + fuel, axis=0)[0] / np.diff(fuel, axis=0)[0]
-
-
-def humidity_slopes(engine: EngineData, states: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """d ln EINOx / d humidity at fixed pressure, temperature, air and fuel at the combustor (N,)."""
-    humid = states.copy()
-    humid[:, 4] = HUMID
-    return np.log(burnt(engine, humid, share)["nox_index"] / burnt(engine, states, share)["nox_index"]) / HUMID
 
 
 def draw(engine: EngineData) -> Any:
@@ -148,16 +133,12 @@ def _line_table(engine: EngineData) -> Iterator[str]:
 
 
 def _recirculation_table(engine: EngineData) -> Iterator[str]:
-    shares = (0.07, 0.30, 0.60, 1.00)
-    _, states, part = operating_line(engine, shares)
-    burner, rows = engine.combustor, []
+    shares, rows = (0.07, 0.30, 0.60, 1.00), []
+    _, *states = operating_line(engine, shares)
     for value in RECIRCULATIONS:
-        solved = solve_combustor_many(
-            states, engine.reactors.replaced(recirculation=value), burner.hydrogen_to_carbon, burner.heating_value
-        )
-        nox, coldest = 1e3 * part * solved.outputs["nox_index"], solved.outputs["leanest_pocket_temperature"]
-        cells = [f"{nox[k]:.2f}, {coldest[k]:.0f} K" if solved.success[k] else "not solved" for k in range(len(shares))]
-        rows.append((f"{value:.1f}", *cells))
+        out = burnt(engine.changed("reactors", recirculation=value), *states)
+        nox, coldest = 1e3 * out["nox_index"], out["leanest_pocket_temperature"]
+        rows.append((f"{value:.1f}", *(f"{a:.2f}, {b:.0f} K" for a, b in zip(nox, coldest, strict=True))))
     yield from table(("recirculation", *(f"{100 * share:.0f} % power" for share in shares)), rows)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from page_table import table
 from power_turbine import peaked
 from scipy.optimize import brentq
+from sea_level import at_sea_level
 
 from vrsopt.report.style import BLACK, BLUE, GREEN, GREY, NORMAL, ORANGE, PURPLE, SMALL, VERMILION, new_figure, tidy
 from vrsopt.residual import Solution
@@ -58,9 +59,7 @@ def relative_consumption(engine: EngineData, mode: Mode, demands: np.ndarray, sp
 
 def solved(engine: EngineData, mode: Mode, demand: float, speed: float, maps: ComponentMaps = ANALYTIC) -> Solution:
     """Sea level, ISA, at rest; raises :class:`RuntimeError` when it is not solved."""
-    system = gas_path(engine, mode, maps=maps)
-    place = dict.fromkeys((parameter.name for parameter in system.parameters), 0.0)
-    solution = system.solve(place | {"demand": demand, "power_turbine_speed": speed}, method="newton")
+    solution = at_sea_level(engine, demand, mode=mode, speed=speed, maps=maps)
     if not solution.success:
         raise RuntimeError(f"gas path at {demand:g}, free turbine at {speed:g}: {solution.message}")
     return solution

@@ -17,11 +17,10 @@ from functools import lru_cache
 
 from part_power_cycle import Steps, steps_of
 from power_turbine import peaked
+from sea_level import at_sea_level
 
 from vrsopt.atmosphere import standard_air
 from vrsopt.errors import InputError
-from vrsopt.residual import Solution
-from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import EngineData
 from vrsopt.turboshaft.design_point import KILOWATT_HOUR
 from vrsopt.turboshaft.maps import ANALYTIC, ComponentMaps
@@ -71,23 +70,16 @@ def places(engine: EngineData) -> dict[str, dict[str, float]]:
     part = engine.calibration.power
     mach = engine.calibration.true_airspeed / standard_air(0.0).speed_of_sound
     return {
-        "take_off": {"power": engine.design_point.power, "mach": 0.0},
-        "rest": {"power": part, "mach": 0.0},
-        "flight": {"power": part, "mach": mach},
+        "take_off": {"demand": engine.design_point.power, "mach": 0.0},
+        "rest": {"demand": part, "mach": 0.0},
+        "flight": {"demand": part, "mach": mach},
     }
 
 
-def solved(engine: EngineData, power: float, mach: float, maps: ComponentMaps = ANALYTIC) -> Solution:
-    """The gas path at sea level, ISA, 100 % free-turbine speed, at shaft power [W]."""
-    system = gas_path(engine, maps=maps)
-    values = dict.fromkeys((parameter.name for parameter in system.parameters), 0.0)
-    return system.solve(values | {"power_turbine_speed": 1.0, "demand": power, "mach": mach}, method="newton")
-
-
-def consumption(engine: EngineData, power: float, mach: float, maps: ComponentMaps = ANALYTIC) -> float:
+def consumption(engine: EngineData, demand: float, mach: float, maps: ComponentMaps = ANALYTIC) -> float:
     """Specific consumption [kg/kWh] at shaft power [W]; nan where the gas path is not solved."""
-    solution = solved(engine, power, mach, maps)
-    return solution.outputs["fuel_flow"] / power * KILOWATT_HOUR if solution.success else math.nan
+    solution = at_sea_level(engine, demand, mach=mach, maps=maps)
+    return solution.outputs["fuel_flow"] / demand * KILOWATT_HOUR if solution.success else math.nan
 
 
 @lru_cache(maxsize=256)
@@ -158,7 +150,7 @@ def favourable(engine: EngineData, *, without: tuple[str, ...] = ()) -> tuple[En
 
 def steps(engine: EngineData) -> dict[str, Steps]:
     """The cycle at the three points."""
-    found = {name: solved(engine, **place) for name, place in places(engine).items()}
+    found = {name: at_sea_level(engine, **place) for name, place in places(engine).items()}
     return {name: steps_of(engine, solution, found["take_off"]) for name, solution in found.items()}
 
 
@@ -177,5 +169,5 @@ def cases(engine: EngineData) -> dict[str, tuple[EngineData, ComponentMaps]]:
 
 def judged(engine: EngineData) -> list[tuple[float, float]]:
     """Power [W] and Mach number: the three points, and the sister engine's part power."""
-    known = [(place["power"], place["mach"]) for place in places(engine).values()]
+    known = [(place["demand"], place["mach"]) for place in places(engine).values()]
     return [known[2], known[1], known[0], (SISTER_POWER * engine.design_point.power, 0.0)]

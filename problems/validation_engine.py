@@ -10,8 +10,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from calibrate_combustor import FITTED, burnt, operating_line
-from emissions import fits, humidity_slopes, slopes
+from calibrate_combustor import FITTED, burnt, fits, humidity_slopes, operating_line
+from emissions import slopes
+from level_flight import KNOT
 from page_table import table
 
 from vrsopt import foca
@@ -20,7 +21,6 @@ from vrsopt.turboshaft.bulk import solve_many
 from vrsopt.turboshaft.cycle import gas_path, sized
 from vrsopt.turboshaft.data import EngineData, load_engine
 
-KNOT = 1852 / 3600  # m/s
 BOX_LOW = (20e3, 0.7, 0.0, -15.0, 0.0, 0.0, 0.0, 0.0)
 BOX_HIGH = (330e3, 1.2, 2000.0, 30.0, 0.22, 0.05, 10e3, 0.03)
 POINTS = 2000

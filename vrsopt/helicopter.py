@@ -166,8 +166,8 @@ class Helicopter:
         """Rating of the engines left when one has failed less the power they would have to give [W]."""
         drive = self.aircraft.transmission
         needed = drive.power_per_engine(rotor_power) * drive.engines
-        rating = min(1e3 * drive.one_engine_inoperative_power, self.engine.ratings.take_off_power)
-        return (drive.engines - 1) * rating - needed
+        alone = Limits(self.aircraft, self.engine, one_engine_inoperative=True)
+        return (drive.engines - 1) * alone.rated_power - needed
 
     def usages(
         self, flight: Mapping[str, float], trim: Solution, engine: Solution, power: float, limits: Limits

@@ -113,7 +113,7 @@ class OperatingPoint:
     @property
     def nox_range(self) -> tuple[float, float]:
         """Least and largest NOx [kg/s] over the fits of the combustor; nan if one of them was not solved."""
-        return fit_range(self.nox_of_fits)
+        return fit_range(self.nox_of_fits.values())
 
     def derivatives(self) -> dict[str, dict[str, float]]:
         """Exact derivatives of powers, fuel flow and emissions: see :func:`vrsopt.point_derivatives.derivatives`."""

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vrsopt.schedule.emissions import PHASES, changes, emitted, nox_fits, phases, spread
+from vrsopt.combustor.emissions import fit_range
+from vrsopt.schedule.emissions import PHASES, changes, emitted, nox_fits, phases
 from vrsopt.schedule.nominal import constant_schedule, nominal_schedule
 from vrsopt.schedule.quadrature import filled, mean_of_sides, per_segment, sparse, thinned
 from vrsopt.schedule.refly import FlightGrid
@@ -95,4 +96,4 @@ def test_range_is_over_the_fits_of_the_total_and_a_fit_is_compared_with_itself()
     base = flown(nox=(4.0, 4.0), nox_other=(3.0, 3.0), foca_nox=(9.0, 9.0), co=(1.0, 1.0))
     assert changes(one, base) == pytest.approx({"nox": -37.5, "nox_other": -25.0, "foca_nox": 0.0, "co": 0.0})
     assert changes(None, base) == {} and changes(one, None) == {}
-    assert np.isnan(spread([1.0, np.nan])).all()
+    assert np.isnan(fit_range([1.0, np.nan])).all()

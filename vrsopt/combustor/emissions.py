@@ -13,7 +13,7 @@ of them stands beside the value.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -62,12 +62,12 @@ class Emissions:
     @property
     def nox_range(self) -> tuple[float, float]:
         """Least and largest NOx [kg/s] over the fits of the combustor; nan if one of them was not solved."""
-        return fit_range(self.nox_of_fits)
+        return fit_range(self.nox_of_fits.values())
 
 
-def fit_range(values: Mapping[str, float]) -> tuple[float, float]:
+def fit_range(values: Iterable[float]) -> tuple[float, float]:
     """Least and largest of the fits' ``values``; nan if one of them is, or there are none."""
-    known = np.array(list(values.values()) or [math.nan])
+    known = np.array(list(values) or [math.nan])
     return float(known.min()), float(known.max())
 
 

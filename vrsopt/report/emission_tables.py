@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from vrsopt.combustor.emissions import fit_range
 from vrsopt.schedule.emission_summary import foca_estimates
-from vrsopt.schedule.emissions import NOTE, nox_fits, phases, spread
+from vrsopt.schedule.emissions import NOTE, nox_fits, phases
 
 if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison, ScheduleResult
@@ -124,7 +125,7 @@ def foca_line(comparison: Comparison) -> str:
 
 def between(values: Iterable[float], form: str) -> str:
     """A range as text; one number if both ends look the same."""
-    low, high = (number(value, form) for value in spread(values))
+    low, high = (number(value, form) for value in fit_range(values))
     return low if low == high else f"{low} to {high}"
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from vrsopt import foca
 from vrsopt.aircraft import Aircraft
+from vrsopt.combustor.emissions import fit_range
 from vrsopt.mission.profile import Profile
-from vrsopt.schedule.emissions import nox_fits, phases, spread
+from vrsopt.schedule.emissions import nox_fits, phases
 from vrsopt.turboshaft.data import EngineData
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def _changes(prefix: str, changes: Any) -> dict[str, Any]:
         return unknown | {f"nox_{prefix}delta_range_percent": (math.nan, math.nan)}
     return {
         **{f"{name}_{prefix}delta_percent": changes[name] for name in ("co2", "nox", "co")},
-        f"nox_{prefix}delta_range_percent": spread(changes[name] for name in nox_fits(changes)),
+        f"nox_{prefix}delta_range_percent": fit_range(changes[name] for name in nox_fits(changes)),
     }
 
 

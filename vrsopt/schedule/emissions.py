@@ -2,8 +2,7 @@
 
 Emissions go by name: "co2", "nox" (as NO2) and "co" with the shipped fit of the combustor, "nox_NAME" with every other
 fit of it, and "foca_nox" and "foca_co" with the indices of :mod:`vrsopt.foca` on the same fuel. Ground idle counts.
-NOx and CO at idle are indicative: there the model is fitted to nothing, and CO in particular may be wrong by a factor
-of 2 to 3, NOx by more.
+NOx and CO at idle are indicative: there the model is fitted to nothing, and CO may be wrong by a factor of 2 to 3.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vrsopt.combustor.emissions import fit_range
 from vrsopt.schedule.quadrature import mean_of_sides, per_segment, thinned
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Emitted:
     @property
     def nox_range(self) -> tuple[float, float]:
         """Least and largest NOx of the mission [kg] over the fits of the combustor."""
-        return spread(self.nox_of_fits.values())
+        return fit_range(self.nox_of_fits.values())
 
 
 def changes(own: Emitted | None, base: Emitted | None) -> dict[str, float]:
@@ -68,12 +68,6 @@ def changes(own: Emitted | None, base: Emitted | None) -> dict[str, float]:
     if own is None or base is None:
         return {}
     return {name: 100 * (own.total(name) / base.total(name) - 1) for name in own.per_segment}
-
-
-def spread(values: Iterable[float]) -> tuple[float, float]:
-    """Least and largest, both nan if any of them is."""
-    array = np.array(list(values))
-    return float(np.min(array)), float(np.max(array))
 
 
 def emitted(segment: np.ndarray, time: np.ndarray, sides: Mapping[str, np.ndarray], count: int) -> Emitted:
@@ -117,7 +111,7 @@ def phases(profile: Profile, fuel_per_segment: np.ndarray, emissions: Emitted) -
         result[name] = Phase(
             duration=float(np.sum(durations[here])),
             fuel=float(np.sum(fuel_per_segment[here])),
-            nox_range=spread(mass[key] for key in nox_fits(mass)),
+            nox_range=fit_range(mass[key] for key in nox_fits(mass)),
             **{key: mass[key] for key in POLLUTANTS},
         )
     return result
