@@ -10,9 +10,12 @@ from __future__ import annotations
 from math import cos, radians, tan
 from typing import TYPE_CHECKING
 
+from numpy.polynomial import Chebyshev
+
 from vrsopt.errors import InputError
 from vrsopt.mission.pattern import creeping_line
 from vrsopt.mission.route import SHORTEST, Arc, Leg, Path, Stay
+from vrsopt.mission.motion import PathMotion
 from vrsopt.mission.segment import Segment
 from vrsopt.mission.tasks import MAX_ALTITUDE, Climb, Cruise, Descent, Hover, Idle, Search, Task, turn_load_factor
 
@@ -73,9 +76,12 @@ class _Flight:
     ) -> None:
         """Append a segment that ends at ``altitude``; one at rest is at that altitude from its start."""
         begin = altitude if self.altitude is None or speed == 0.0 else self.altitude
-        segment = Segment(
-            task, kind, self.time, duration, speed, climb_angle, load_factor, begin, altitude, mass_change, path
+        motion = PathMotion(
+            path,
+            Chebyshev([path.length / 2, path.length / 2], domain=[0.0, duration]),
+            Chebyshev([(begin + altitude) / 2, (altitude - begin) / 2], domain=[0.0, duration]),
         )
+        segment = Segment(task, kind, self.time, duration, mass_change, motion)
         self.segments.append(segment)
         self.time = segment.end
         self.altitude = altitude

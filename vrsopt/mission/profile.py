@@ -1,7 +1,7 @@
 """A mission over time: segments, and the flight condition and position at any time of them.
 
-Within a segment airspeed, flight-path angle and load factor are constant and the altitude is linear in time. At the
-edges of tasks the speed jumps: finite acceleration is not modelled yet.
+Within a segment everything is smooth. Speeds and heights are continuous from one segment to the next; load factor and
+flight-path angle may still have corners there, and what is lifted or set down changes the mass at once.
 """
 
 from __future__ import annotations
@@ -14,32 +14,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vrsopt.errors import InputError
+from vrsopt.mission.conditions import Conditions, flight_conditions
 from vrsopt.mission.plan import segments_of
-from vrsopt.mission.segment import Segment
+from vrsopt.mission.segment import ON_THE_GROUND, Segment
+from vrsopt.mission.wind import CALM, Wind
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from vrsopt.mission.file import Mission
 
 Array = NDArray[Any]
 SAME_TIME = 1e-6  # s
+CONTINUOUS = (
+    "speed",
+    "altitude",
+    "climb_angle",
+    "load_factor",
+    "turn_load_factor",
+    "turn",
+    "equivalent_climb_angle",
+    "height",
+)
 
 __all__ = ["Conditions", "Profile", "Segment"]
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """Flight conditions at pairs of segment and time; arrays of one shape.
-
-    The segment belongs to the pair because at an edge the condition is that of the segment before or after it.
-    """
-
-    segment: Array  # index
-    time: Array  # s
-    speed: Array  # true airspeed, m/s
-    altitude: Array  # pressure altitude, m
-    climb_angle: Array  # rad
-    load_factor: Array  # -
-    idle: Array  # bool: on the ground at flat pitch
 
 
 @dataclass(frozen=True)
@@ -48,6 +46,7 @@ class Profile:
 
     segments: tuple[Segment, ...]
     isa_offset: float = 0.0
+    wind: Wind = CALM
 
     def __post_init__(self) -> None:
         if not self.segments:
@@ -92,17 +91,21 @@ class Profile:
 
         Raises :class:`InputError` for a segment that does not exist or a time outside its segment.
         """
-        segment, time, fraction = self._located(segment, time)
-        begin, end = self._of_segments("altitude_start")[segment], self._of_segments("altitude_end")[segment]
-        return Conditions(
-            segment=segment,
-            time=time,
-            speed=self._of_segments("speed")[segment],
-            altitude=(1.0 - fraction) * begin + fraction * end,  # exact at both ends
-            climb_angle=self._of_segments("climb_angle")[segment],
-            load_factor=self._of_segments("load_factor")[segment],
-            idle=(self._of_segments("kind") == "idle")[segment],
-        )
+        segment, time = self._located(segment, time)
+        found = {name: np.zeros(segment.shape) for name in CONTINUOUS}
+        for index in np.unique(segment):
+            here, item = segment == index, self.segments[index]
+            own = np.clip(time[here] - item.start, 0.0, item.duration)
+            course = np.zeros(len(own)) if self.wind.calm else item.motion.track(own)[2]
+            motion = item.motion.kinematics(own)
+            wind = CALM if item.kind in ON_THE_GROUND else self.wind
+            ground = -np.inf if item.ground_elevation is None else item.ground_elevation
+            for name, value in flight_conditions(motion, course, wind).items():
+                found[name][here] = value
+            found["height"][here] = motion.altitude - ground
+        kind = self._of_segments("kind")[segment]
+        idle, ground_idle = np.isin(kind, ON_THE_GROUND), kind == "ground_idle"
+        return Conditions(segment=segment, time=time, idle=idle, ground_idle=ground_idle, **found)
 
     def grid(self, max_step: float) -> Conditions:
         """Conditions on a grid of uniform steps of at most ``max_step`` [s] in each segment.
@@ -123,20 +126,19 @@ class Profile:
 
         On geodesics and arcs of the WGS-84 ellipsoid, not interpolated between nodes.
         """
-        segment, _, fraction = self._located(segment, time)
-        points = [
-            self.segments[index].path.position(part * self.segments[index].path.length)
-            for index, part in zip(segment.flat, fraction.flat, strict=True)
-        ]
-        latitude, longitude = np.array(points, dtype=float).reshape(-1, 2).T
-        return latitude.reshape(segment.shape), longitude.reshape(segment.shape)
+        segment, time = self._located(segment, time)
+        latitude, longitude = np.zeros(segment.shape), np.zeros(segment.shape)
+        for index in np.unique(segment):
+            here, item = segment == index, self.segments[index]
+            latitude[here], longitude[here], _ = item.motion.track(time[here] - item.start)
+        return latitude, longitude
 
     def _of_segments(self, name: str) -> Array:
         """One attribute of all segments, as an array."""
         return np.array([getattr(segment, name) for segment in self.segments])
 
-    def _located(self, segment: ArrayLike, time: ArrayLike) -> tuple[Array, Array, Array]:
-        """Segment index and time in one shape, and how far through the segment the time is (0..1)."""
+    def _located(self, segment: ArrayLike, time: ArrayLike) -> tuple[Array, Array]:
+        """Segment index and time in one shape, checked."""
         index, at = np.broadcast_arrays(np.asarray(segment), np.asarray(time, dtype=float))
         if not np.issubdtype(index.dtype, np.integer):
             raise InputError(f"profile: segment of type {index.dtype}: allowed: integers")
@@ -148,4 +150,4 @@ class Profile:
         if outside.any():
             number, low, high = index[outside][0], start[outside][0], end[outside][0]
             raise InputError(f"profile: time = {at[outside][0]}: allowed in segment {number}: {low:g} to {high:g} s")
-        return index, at, np.clip((at - start) / (end - start), 0.0, 1.0)
+        return index, np.clip(at, start, end)

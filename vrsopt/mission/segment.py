@@ -1,27 +1,28 @@
-"""A segment: the piece of a mission over which speed, flight-path angle and load factor are constant."""
+"""A segment: a piece of a mission over which the aircraft moves smoothly."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from vrsopt.mission.route import Path
+from vrsopt.mission.motion import Motion
+
+KINDS = ("idle", "ground_idle", "hover", "vertical_climb", "climb", "cruise", "descent", "loiter", "search")
+Kind = Literal["idle", "ground_idle", "hover", "vertical_climb", "climb", "cruise", "descent", "loiter", "search"]
+ON_THE_GROUND = ("idle", "ground_idle")
 
 
 @dataclass(frozen=True)
 class Segment:
-    """One piece of a mission. The altitude is linear in time; the mass change happens at the start."""
+    """One piece of a mission. The mass change happens at its start."""
 
     task: str  # label of the task it belongs to
-    kind: str  # "idle" | "hover" | "climb" | "cruise" | "descent" | "loiter" | "search"
+    kind: Kind
     start: float  # s
     duration: float  # s
-    speed: float  # true airspeed, m/s; 0 in hover and idle
-    climb_angle: float  # rad
-    load_factor: float  # -
-    altitude_start: float  # m, pressure altitude
-    altitude_end: float  # m
     mass_change: float  # kg
-    path: Path
+    motion: Motion
+    ground_elevation: float | None = None  # m, of the ground below; None where the ground does not matter
 
     @property
     def end(self) -> float:
