@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 from math import ceil, pi
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from vrsopt.mission.route import SHORTEST, Arc, Leg, Point, Pose, offset
-from vrsopt.mission.tasks import Search
+from vrsopt.mission.route import SHORTEST, Arc, Leg, Point, Pose, Spiral, Way, offset
+
+if TYPE_CHECKING:
+    from vrsopt.mission.tasks import Search
 
 
 def creeping_line(position: Point, centre: Point, task: Search) -> list[Leg | Arc]:
@@ -89,3 +91,88 @@ def _turn(pose: Pose, side: float, task: Search) -> Iterator[Leg | Arc]:
     cross = Leg(*first.pose(first.length), straight)
     yield cross
     yield Arc.from_pose(cross.pose(straight), task.turn_radius_m, sweep_deg=quarter)
+
+
+class Pattern(NamedTuple):
+    """An endless chain of pieces, each of which begins where the one before ended."""
+
+    entry: Pose  # where the first piece begins, and on which course
+    pieces: Iterator[Leg | Arc | Spiral]  # to be used once
+
+
+class Corner(NamedTuple):
+    """Where a creeping line begins, as seen from its centre along its bearing: signs, +1 or -1."""
+
+    along: int  # +1 ahead, the first leg is flown back; -1 behind
+    across: int  # +1 to the right, it creeps to the left; -1 to the left
+
+
+CORNERS = (Corner(-1, -1), Corner(-1, 1), Corner(1, -1), Corner(1, 1))
+
+
+def best_entry(pose: Pose, patterns: Iterable[Pattern], *, radius: float, roll_length: float) -> tuple[Way, Pattern]:
+    """The pattern with the shortest way from ``pose`` to its entry, and that way."""
+    raise NotImplementedError
+
+
+def parallel_tracks(
+    centre: Point,
+    bearing_deg: float,
+    *,
+    leg: float,
+    spacing: float,
+    tracks: int,
+    radius: float,
+    roll_length: float,
+    corner: Corner,
+) -> Pattern:
+    """A creeping line: ``tracks`` legs of ``leg`` [m] along ``bearing_deg``, ``spacing`` [m] apart, around ``centre``.
+
+    The pattern goes on after ``tracks`` legs; their number only says where its middle is. From one leg to the next
+    it turns by a half circle that ends exactly ``spacing`` to the side (of whatever radius that takes), or, where
+    there is room, by two quarter turns of ``radius`` with a straight between.
+    Raises :class:`InputError` if ``spacing`` is below twice ``radius``.
+    """
+    raise NotImplementedError
+
+
+def track_pitch(leg: float, spacing: float, *, radius: float, roll_length: float) -> float:
+    """Distance flown [m] over one leg of :func:`parallel_tracks` and the turn to the next."""
+    raise NotImplementedError
+
+
+def expanding_square(
+    datum: Point, bearing_deg: float, *, spacing: float, radius: float, roll_length: float, right: bool = True
+) -> Pattern:
+    """Legs of 1, 1, 2, 2, 3, 3 ... ``spacing`` [m], the first from ``datum`` on ``bearing_deg``, at right angles.
+
+    The turns are flown inside the corners. Raises :class:`InputError` if ``spacing`` is too small for them.
+    """
+    raise NotImplementedError
+
+
+def sector_search(datum: Point, bearing_deg: float, *, reach: float, radius: float, roll_length: float) -> Pattern:
+    """Sectors of ``reach`` [m] around ``datum``: three legs through it per circuit, turns by 120 degrees to the right.
+
+    The turns are flown inside the outer corners; each circuit is turned by 30 degrees from the one before. Raises
+    :class:`InputError` if ``reach`` is too small for the turns.
+    """
+    raise NotImplementedError
+
+
+def race_track(
+    centre: Point, bearing_deg: float, *, leg: float, radius: float, roll_length: float, right: bool = True
+) -> Pattern:
+    """Two legs of ``leg`` [m], 2 ``radius`` [m] apart, joined by half circles, the first along ``bearing_deg``.
+
+    Begins with that leg; ``centre`` lies amid the two. Every circuit lies exactly on the one before.
+    """
+    raise NotImplementedError
+
+
+def circle(centre: Point, bearing_deg: float, *, radius: float, roll_length: float, right: bool = True) -> Pattern:
+    """The orbit of ``radius`` [m] about ``centre``; its entry lies on ``bearing_deg`` from there.
+
+    Begins with the spiral that leads from straight flight into the orbit, and goes on circle by circle.
+    """
+    raise NotImplementedError
