@@ -28,6 +28,7 @@ def parameters(speed: float, **changes: float) -> dict[str, float]:
         "isa_offset": 0.0,
         "speed": speed,
         "climb_angle": 0.0,
+        "vertical_speed": 0.0,
         "turn_rate": 0.0,
         "rotor_speed": NOMINAL,
         "twist": ROTOR.twist,

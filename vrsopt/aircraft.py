@@ -82,6 +82,7 @@ class MainRotor(Record):
     shaft_tilt_forward: Annotated[float, Degrees, Field(ge=-5, le=10)]
     hub_height: Annotated[float, Metres, Field(gt=0, lt=5)]
     hub_aft_of_cg: Annotated[float, Metres, Field(gt=-1, lt=1)]
+    hub_above_skids: Annotated[float, Metres, Field(gt=1, lt=8)]
     flap_inertia: Annotated[float, Unit("kg m2"), Field(gt=1, lt=10000)]
     section_drag_level: Annotated[float, Ratio, Field(gt=0.004, lt=0.03)]
     induced_power_factor: Annotated[float, Ratio, Field(ge=1, le=1.5)]

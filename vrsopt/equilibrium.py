@@ -29,6 +29,7 @@ FLIGHT_PARAMETERS = (
     Named("isa_offset", "K"),
     Named("speed", "m/s"),
     Named("climb_angle", "rad"),
+    Named("vertical_speed", "m/s"),  # upward through the air, beside that of the climb angle: vertical flight
     Named("turn_rate", "rad/s"),
     Named("rotor_speed", "rad/s"),
     Named("twist", "rad"),
@@ -40,6 +41,7 @@ CALIBRATED_PARAMETERS = (
     Named("section_drag_level", "-"),
     Named("parasite_area", "m2"),
 )
+AT_REST = 1e-6  # m/s, below which the speed along the tail rotor's disc is rounded
 CONTROLS = (
     Unknown("collective", "rad", 0.1, -0.35, 0.7, 0.15),
     Unknown("lateral_cyclic", "rad", 0.1, -0.35, 0.35),
@@ -98,14 +100,15 @@ class TrimEquations:
 
     @cached_property
     def velocity(self) -> Any:
-        """Velocity of the aircraft through the air (3,), body axes [m/s]; no sideslip.
+        """Velocity of the aircraft through the air (3,), body axes [m/s]; no sideslip but that of vertical flight.
 
-        The body angle of attack a follows from sin(climb) = sin(pitch) cos(a) - cos(roll) cos(pitch) sin(a).
+        The body angle of attack a follows from sin(climb) = sin(pitch) cos(a) - cos(roll) cos(pitch) sin(a). It has no
+        meaning in vertical flight, whose speed is therefore given apart.
         """
         v = self.value
         A, B = ca.sin(v["pitch"]), ca.cos(v["roll"]) * ca.cos(v["pitch"])
         alpha = ca.atan2(A, B) - ca.asin(ca.sin(v["climb_angle"]) / ca.sqrt(A**2 + B**2))
-        return v["speed"] * ca.vertcat(ca.cos(alpha), 0, ca.sin(alpha))
+        return v["speed"] * ca.vertcat(ca.cos(alpha), 0, ca.sin(alpha)) - v["vertical_speed"] * self.down
 
     @cached_property
     def down(self) -> Any:
@@ -179,6 +182,7 @@ class TrimEquations:
         """Loads of the tail rotor; its disc moves with the rotation of the aircraft."""
         v, tail = self.value, self.aircraft.tail_rotor
         velocity = self.velocity + ca.cross(self.rates, self.tail_hub)
+        along = ca.sqrt(self.velocity[0] ** 2 + self.velocity[2] ** 2 + AT_REST**2)
         return tail_rotor_loads(
             tail,
             self.tail_section,
@@ -186,7 +190,7 @@ class TrimEquations:
             inflow=v["tail_inflow"],
             teeter=(v["tail_teeter_cos"], v["tail_teeter_sin"]),
             rotor_speed=v["rotor_speed"] * tail.speed_ratio,
-            speed=v["speed"],
+            speed=along,
             axial_speed=velocity[1],
             air=self.air,
             drag_level=v["section_drag_level"],
@@ -278,7 +282,7 @@ class TrimEquations:
         load_factor = ca.sqrt(1 + (v["speed"] * ca.cos(v["climb_angle"]) * v["turn_rate"] / GRAVITY) ** 2)
         thrust = response.loads.force[2]
         ideal = thrust * ca.sqrt(ca.fmax(thrust, 0.0) / (2 * self.air.density * pi * rotor.radius**2))
-        climb = weight * v["speed"] * ca.sin(v["climb_angle"])
+        climb = weight * (v["speed"] * ca.sin(v["climb_angle"]) + v["vertical_speed"])
         drag = self.airframe.force + self.tail_force + ca.vertcat(0, 0, self.download)
         moment = self.airframe.moment + ca.cross(self.tail_hub, self.tail_force)
         propulsive = ca.dot(response.loads.moment, self.state.hub_rate) - ca.dot(response.loads.force, response.wind)

@@ -34,7 +34,10 @@ def turn_rate(load_factor: float, speed: float, climb_angle: float = 0.0) -> flo
 
 def trim_parameters(aircraft: Aircraft, flight: Mapping[str, float]) -> dict[str, float]:
     """Parameters of the trim at ``flight``: mass, altitude, isa_offset, speed, climb_angle, load_factor, rotor_speed,
-    twist, and where it matters ground_proximity and cg_shift (SI units; both 0 if absent)."""
-    rest = {name: value for name, value in flight.items() if name != "load_factor"}
+    twist, and where they matter vertical_speed (upward, beside that of the climb angle, which can not be vertical),
+    ground_proximity, cg_shift and turn (-1: the turn is to the left); SI units, without them 0, and turns to the right.
+    """
+    rest = {name: value for name, value in flight.items() if name not in ("load_factor", "turn")}
     rate = turn_rate(flight["load_factor"], flight["speed"], flight["climb_angle"])
-    return {"ground_proximity": 0.0, "cg_shift": 0.0, **rest, "turn_rate": rate, **calibrated_constants(aircraft)}
+    rest["turn_rate"] = -rate if flight.get("turn", 1.0) < 0 else rate
+    return {"vertical_speed": 0.0, "ground_proximity": 0.0, "cg_shift": 0.0, **rest, **calibrated_constants(aircraft)}

@@ -28,7 +28,7 @@ from vrsopt.trimming import Trim, find_trim
 from vrsopt.turboshaft.cycle import gas_path
 from vrsopt.turboshaft.data import EngineData, load_engine
 
-MODEL_VERSION = "3"  # changes whenever the physics does: a design of experiments belongs to one version
+MODEL_VERSION = "4"  # changes whenever the physics does: a design of experiments belongs to one version
 
 ALLOWED = {
     "mass": (500.0, 5000.0),
@@ -82,6 +82,7 @@ class Helicopter:
             "speed": min(flight["speed"], EASY_SPEED),
             "rotor_speed": max(flight["rotor_speed"], rotor.nominal_rotor_speed),
             "climb_angle": 0.0,
+            "vertical_speed": 0.0,
             "turn_rate": 0.0,
         }
 

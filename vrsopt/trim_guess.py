@@ -22,13 +22,13 @@ def momentum_guess(aircraft: Aircraft, parameters: Mapping[str, float]) -> dict[
     mu, sigma = V / tip_speed, rotor.solidity
     C_T = weight / (air.density * pi * rotor.radius**2 * tip_speed**2)
     drag = 0.5 * air.density * V**2 * parameters["parasite_area"]
-    climb = V * np.sin(parameters["climb_angle"]) / tip_speed
+    climb = (V * np.sin(parameters["climb_angle"]) + parameters["vertical_speed"]) / tip_speed
     tilt = drag / weight + parameters["climb_angle"]
     induced = _glauert(C_T, mu, mu * drag / weight + climb)
     through = induced + mu * drag / weight + climb
     slope = 5.9
     pitch75 = 3 * (2 * C_T / (sigma * slope) + through / 2) / (1 + 1.5 * mu**2) + 0.017
-    power = weight * 1.15 * induced * tip_speed + drag * V + weight * V * np.sin(parameters["climb_angle"])
+    power = weight * 1.15 * induced * tip_speed + drag * V + weight * climb * tip_speed
     power += sigma * 0.011 / 8 * (1 + 4.6 * mu**2) * air.density * pi * rotor.radius**2 * tip_speed**3
     tail_thrust = max(power, 0.0) / Omega / tail.behind_cg
     tail_tip = Omega * tail.speed_ratio * tail.radius
