@@ -54,7 +54,7 @@ def turn_shape(angle_deg: ArrayLike, *, radius: float, roll_length: float) -> Tu
     """Displacement and length of turns by ``angle_deg``, arrays of its shape."""
     angle = np.radians(np.asarray(angle_deg, dtype=float))
     curvature, spiral, arc = _parts(angle, radius, roll_length)
-    # A turn is its own mirror image: it ends where half its angle points. The chord, by its first half, seen from there.
+    # A turn is its own mirror image: its end lies where half its angle points, and half its chord is made by each half.
     half = np.abs(angle)[..., None] / 2.0
     whole = spiral[..., None]
     turned = curvature[..., None] * whole * _NODES**3 * (1.0 - 0.5 * _NODES)
