@@ -5,18 +5,20 @@ Whatever is wrong with a file ends in one line: file, field, value, what is allo
 
 from __future__ import annotations
 
-import json
-import re
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from vrsopt.errors import InputError
+from vrsopt.mission.field import Altitude, Bearing, Name, Table, complaint, within
+from vrsopt.mission.file_errors import Location, first_line
 from vrsopt.mission.profile import Profile
+from vrsopt.mission.rest_tasks import GroundIdle, Hover, Idle
 from vrsopt.mission.route import Point
-from vrsopt.mission.tasks import TASK_TYPES, Altitude, Cruise, Hover, Idle, Name, Search, Table, Task, complaint, within
+from vrsopt.mission.task_types import TASK_TYPES, AnyTask
+from vrsopt.mission.wind import Wind
 from vrsopt.quantity import read_toml
 
 Mass = Annotated[float, BeforeValidator(within(0.0, 2500.0))]
@@ -74,6 +76,49 @@ class Limits(Table):
         return self
 
 
+class Handling(Table):
+    """How the aircraft is flown from one task to the next; every figure is an assumption.
+
+    Accelerations are the largest of a change of speed. ``bank_deg`` is that of turns from one leg to the next, taken up
+    and given up in ``roll_in_s`` each, as in all turns.
+    """
+
+    acceleration_m_s2: Annotated[float, BeforeValidator(within(0.05, 3.0))] = 1.0
+    vertical_acceleration_m_s2: Annotated[float, BeforeValidator(within(0.05, 2.0))] = 0.5
+    bank_deg: Annotated[float, BeforeValidator(within(5.0, 45.0))] = 20.0
+    roll_in_s: Annotated[float, BeforeValidator(within(0.5, 10.0))] = 3.0
+
+
+Speeds = Annotated[float, BeforeValidator(within(0.0, 25.0))]
+
+
+class WindTable(Table):
+    """Steady wind: where it blows from (true) and how strong, the same everywhere or at the altitudes given."""
+
+    from_deg: Bearing | tuple[Bearing, ...]
+    speed_m_s: Speeds | tuple[Speeds, ...]
+    altitude_m: tuple[Altitude, ...] | None = None
+
+    @model_validator(mode="after")
+    def _one_each(self) -> WindTable:
+        altitudes = self.altitude_m
+        if altitudes is not None and not (altitudes and all(a < b for a, b in pairwise(altitudes))):
+            raise complaint("altitude_m", list(altitudes), "allowed: one or more altitudes, each above the one before")
+        for field in ("from_deg", "speed_m_s"):
+            value = getattr(self, field)
+            if altitudes is None and isinstance(value, tuple):
+                raise complaint(field, list(value), "allowed: one number, unless altitude_m is given")
+            if altitudes is not None and not (isinstance(value, tuple) and len(value) == len(altitudes)):
+                allowed = f"allowed: a list of {len(altitudes)} numbers, one for each of altitude_m"
+                raise complaint(field, list(value) if isinstance(value, tuple) else value, allowed)
+        return self
+
+    @property
+    def field(self) -> Wind:
+        """The wind by altitude."""
+        return Wind.from_directions(self.altitude_m or (0.0,), self.from_deg, self.speed_m_s)
+
+
 class Mission(Table):
     """A mission as its file states it."""
 
@@ -84,16 +129,17 @@ class Mission(Table):
     places: Annotated[dict[Name, Place], Field(min_length=1)]
     loading: Loading
     limits: Limits = Limits()
-    tasks: Annotated[tuple[Task, ...], Field(min_length=1)]
+    handling: Handling = Handling()
+    wind: WindTable = WindTable(from_deg=0.0, speed_m_s=0.0)
+    tasks: Annotated[tuple[AnyTask, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
     def _places_known(self) -> Mission:
         named = [("start", self.start)]
         for index, task in enumerate(self.tasks):
-            if isinstance(task, Cruise):
-                named.append((f"tasks[{index}].to", task.to))
-            elif isinstance(task, Search):
-                named.append((f"tasks[{index}].around", task.around))
+            place = getattr(task, task.place_field) if task.place_field else None
+            if place is not None:
+                named.append((f"tasks[{index}].{task.place_field}", place))
         for field, place in named:
             if place not in self.places:
                 raise complaint(field, place, f"allowed: a place of this file ({', '.join(self.places)})")
@@ -102,8 +148,8 @@ class Mission(Table):
     @model_validator(mode="after")
     def _begins_and_ends_at_rest(self) -> Mission:
         for index in (0, len(self.tasks) - 1):
-            if not isinstance(self.tasks[index], Idle | Hover):
-                allowed = "allowed for the first and the last task: idle, hover"
+            if not isinstance(self.tasks[index], Idle | GroundIdle | Hover):
+                allowed = "allowed for the first and the last task: idle, ground_idle, hover"
                 raise complaint(f"tasks[{index}].kind", self.tasks[index].kind, allowed)
         return self
 
@@ -138,46 +184,10 @@ def mission_from(data: dict[str, Any], *, where: str) -> Mission:
     try:
         return Mission.model_validate(data)
     except ValidationError as error:
-        raise InputError(f"{where}: {_first_line(error)}") from None
+        raise InputError(f"{where}: {first_line(error, _model_at)}") from None
 
 
-def _first_line(error: ValidationError) -> str:
-    """The first complaint as ``field = value: what is allowed``."""
-    item = error.errors(include_url=False)[0]
-    where = tuple(part for part in item["loc"] if part != "[key]")  # pydantic's mark of a bad name
-    kind, context = item["type"], item.get("ctx", {})
-    model = _model_at(where[:-1] if kind in ("missing", "extra_forbidden") else where)
-    if kind == "missing":
-        return f"{_field(where)}: missing"
-    if kind == "extra_forbidden":
-        return f"{_field(where)} = {_shown(item['input'])}: unknown key, allowed: {', '.join(model.model_fields)}"
-    if kind == "union_tag_not_found":
-        return f"{_field(where)}.kind: missing, allowed: {', '.join(TASK_TYPES)}"
-    if kind == "union_tag_invalid":
-        return f"{_field(where)}.kind = {_shown(item['input']['kind'])}: allowed: {', '.join(TASK_TYPES)}"
-    if kind == "complaint":
-        return (
-            f"{'.'.join(filter(None, (_field(where), context['field'])))} = {_shown(context['value'])}: {item['msg']}"
-        )
-    return f"{_field(where)} = {_shown(item['input'])}: {_allowed(kind, item['msg'])}"
-
-
-def _allowed(kind: str, message: str) -> str:
-    """What pydantic's own complaints mean to someone who writes a TOML file."""
-    words = {
-        "model_type": "allowed: a table",
-        "model_attributes_type": "allowed: a table",
-        "dict_type": "allowed: a table",
-        "tuple_type": "allowed: a list",
-        "string_type": "allowed: a text",
-        "string_too_short": "allowed: a text that is not empty",
-        "too_short": "allowed: at least one entry",
-        "too_long": "allowed: two numbers, [lower, upper]",
-    }
-    return words.get(kind, message.removeprefix("Value error, ").replace("Input should be", "allowed:"))
-
-
-def _model_at(where: tuple[int | str, ...]) -> type[Table]:
+def _model_at(where: Location) -> type[Table]:
     """The model of the table at a location of pydantic's."""
     match where:
         case ("places", _, *_):
@@ -186,29 +196,10 @@ def _model_at(where: tuple[int | str, ...]) -> type[Table]:
             return Loading
         case ("limits", *_):
             return Limits
+        case ("handling", *_):
+            return Handling
+        case ("wind", *_):
+            return WindTable
         case ("tasks", int(), str(kind), *_):
             return TASK_TYPES[kind]
     return Mission
-
-
-def _field(where: tuple[int | str, ...]) -> str:
-    """A location as a reader of the file would write it: ``tasks[3].speed_m_s``."""
-    if where[:1] == ("tasks",):
-        where = where[:2] + where[3:]  # pydantic puts the kind of the task after its index
-    text = ""
-    for part in where:
-        if isinstance(part, int):
-            text += f"[{part}]"
-        else:
-            bare = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part)
-            text += f".{bare}" if text else bare
-    return text
-
-
-def _shown(value: Any) -> str:
-    """A value in a message: one line, not too long."""
-    try:
-        text = repr(value)
-    except ValueError:  # an integer too long to print in decimal
-        text = "(a number of thousands of digits)"
-    return text if len(text) <= 60 else text[:57] + "..."

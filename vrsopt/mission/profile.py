@@ -20,8 +20,6 @@ from vrsopt.mission.segment import ON_THE_GROUND, Segment
 from vrsopt.mission.wind import CALM, Wind
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from vrsopt.mission.file import Mission
 
 Array = NDArray[Any]
@@ -67,7 +65,7 @@ class Profile:
         follow each other; see :func:`vrsopt.mission.plan.segments_of`.
         """
         try:
-            return cls(segments_of(mission), mission.isa_offset_k)
+            return cls(segments_of(mission), mission.isa_offset_k, mission.wind.field)
         except InputError as error:
             raise InputError(f"{where or mission.name}: {error}") from None
 

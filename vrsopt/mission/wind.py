@@ -28,12 +28,19 @@ class Wind:
         """Wind as weather reports give it: where it comes from [deg clockwise from true north] and speed [m/s]."""
         direction, strength = np.radians(np.asarray(from_deg, dtype=float)), np.asarray(speed, dtype=float)
         east, north = -strength * np.sin(direction), -strength * np.cos(direction)
-        return cls(tuple(map(float, altitude)), tuple(np.atleast_1d(east).tolist()), tuple(np.atleast_1d(north).tolist()))
+        return cls(
+            tuple(map(float, altitude)), tuple(np.atleast_1d(east).tolist()), tuple(np.atleast_1d(north).tolist())
+        )
 
     @property
     def calm(self) -> bool:
         """No wind at any altitude."""
         return not any(self.east) and not any(self.north)
+
+    @property
+    def strongest(self) -> float:
+        """Largest wind speed at any altitude [m/s]."""
+        return float(np.max(np.hypot(self.east, self.north)))
 
     def at(self, altitude: ArrayLike) -> tuple[Array, Array]:
         """Components toward east and north [m/s] at pressure altitudes [m], each of their shape."""
