@@ -89,17 +89,17 @@ class _Fit(NamedTuple):
     ahead: float = 0.0  # m, flown straight before the first turn
 
 
-def _fits_ahead(fits_after: Callable[[float], Iterator[_Fit]], step: float) -> list[_Fit]:
-    """The fits, shortest first: with nothing flown ahead, unless that takes more than a full circle."""
+def _fits_ahead(fits_after: Callable[[float], Iterator[_Fit]], step: float) -> Iterator[_Fit]:
+    """The fits to be tried: the shortest with nothing flown ahead; from the first that takes a full circle on, all."""
     fits = sorted(fits_after(0.0))
-    if fits and abs(fits[0].first) + abs(fits[0].last) <= 2.0 * pi:
-        return fits
+    while fits and abs(fits[0].first) + abs(fits[0].last) <= 2.0 * pi:
+        yield fits.pop(0)
     for ahead in (step * number for number in range(1, _STEPS)):
         fits += (fit._replace(length=fit.length + ahead, ahead=ahead) for fit in fits_after(ahead))
-    return sorted(fits)
+    yield from sorted(fits)
 
 
-def _made_exact(pose: Pose, fits: list[_Fit], exact: Callable[[Pose, _Fit], Way | None]) -> Way:
+def _made_exact(pose: Pose, fits: Iterator[_Fit], exact: Callable[[Pose, _Fit], Way | None]) -> Way:
     """The way of the first fit that can be made exact."""
     for fit in fits:
         before: Way = [Leg(*pose, fit.ahead)] if fit.ahead else []

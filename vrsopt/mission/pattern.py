@@ -1,96 +1,23 @@
-"""Search patterns, as chains of legs and turns that begin where the one before ended."""
+"""Search and loiter patterns, as endless chains of legs and turns that begin in a pose of their own.
+
+Lengths are in metres. ``radius`` and ``roll_length`` of the turns as in :mod:`vrsopt.mission.turns`. The search patterns
+are those of the IAMSAR Manual, volume II: creeping line (parallel tracks), expanding square, sector.
+"""
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from itertools import product
-from math import ceil, pi
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import chain, count, cycle, repeat
+from math import atan2, ceil, cos, degrees, hypot, pi, radians, remainder, sin
+from typing import NamedTuple
 
-from vrsopt.mission.route import SHORTEST, Arc, Leg, Point, Pose, Spiral, Way, offset
+from scipy.optimize import brentq
 
-if TYPE_CHECKING:
-    from vrsopt.mission.tasks import Search
+from vrsopt.errors import InputError
+from vrsopt.mission.route import Arc, Leg, Point, Pose, Spiral, Way, offset, plane_pose, plane_shape, spiral_shape
+from vrsopt.mission.turns import end_of, half_circle_radius, lead, turn, turn_shape
 
-
-def creeping_line(position: Point, centre: Point, task: Search) -> list[Leg | Arc]:
-    """The parallel-track search flown from ``position``: ``speed x duration`` long, its last piece cut.
-
-    The first piece goes to the nearest corner of the pattern; it has zero length if the aircraft is there, and is alone
-    and whole if it takes all of the time or more. The pattern has as many tracks as there is time for and is centred on
-    ``centre`` (the last track counted at its full length).
-    """
-    entry, tracks = _nearest_entry(position, centre, task)
-    pieces: list[Leg | Arc] = [entry.leg]
-    remaining = task.speed_m_s * task.duration_s - entry.leg.length
-    for piece in _chain(entry, tracks, task):
-        if remaining < SHORTEST:
-            break
-        pieces.append(piece if piece.length <= remaining else piece.cut(remaining))
-        remaining -= piece.length
-    return pieces
-
-
-class _Entry(NamedTuple):
-    leg: Leg  # to the corner
-    heading_deg: float  # of the first track
-    side: float  # of the first turn, +1 right, -1 left
-
-
-def _nearest_entry(position: Point, centre: Point, task: Search) -> tuple[_Entry, int]:
-    """The entry at the nearest corner, and the number of tracks there is time for.
-
-    The two depend on each other: each track moves the corners by half a spacing. That is less than a track with its
-    turn adds, so the distance flown grows with the number of tracks and bisection finds it.
-    """
-    distance = task.speed_m_s * task.duration_s
-    between_tracks = task.spacing_m + (pi - 2.0) * task.turn_radius_m
-
-    def entry(tracks: int) -> _Entry:
-        return min(_entries(position, centre, task, tracks), key=lambda way: way.leg.length)
-
-    def flown(tracks: int) -> float:
-        return entry(tracks).leg.length + tracks * task.leg_m + (tracks - 1) * between_tracks
-
-    tracks = 1 + bisect_left(range(1, ceil(distance / task.leg_m)), distance, key=flown)
-    return entry(tracks), tracks
-
-
-def _entries(position: Point, centre: Point, task: Search, tracks: int) -> Iterator[_Entry]:
-    """The ways to begin: from each corner the first track runs away from it and the pattern creeps away from it."""
-    half_width = 0.5 * (tracks - 1) * task.spacing_m
-    for forward, right in product((1.0, -1.0), (1.0, -1.0)):
-        corner = offset(centre, task.leg_bearing_deg, along=-0.5 * forward * task.leg_m, across=-right * half_width)
-        heading = task.leg_bearing_deg + (0.0 if forward > 0.0 else 180.0)
-        yield _Entry(Leg.between(position, corner), heading, forward * right)
-
-
-def _chain(entry: _Entry, tracks: int, task: Search) -> Iterator[Leg | Arc]:
-    """The whole pattern after the entry, uncut."""
-    pose, side = Pose(entry.leg.position(entry.leg.length), entry.heading_deg), entry.side
-    for track in range(tracks):
-        yield (leg := Leg(*pose, task.leg_m))
-        pose = leg.pose(leg.length)
-        if track < tracks - 1:
-            for piece in _turn(pose, side, task):
-                yield piece
-                pose = piece.pose(piece.length)
-            side = -side
-
-
-def _turn(pose: Pose, side: float, task: Search) -> Iterator[Leg | Arc]:
-    """From the end of a track to the start of the next: a half circle, or two quarters with a straight between."""
-    straight = task.spacing_m - 2.0 * task.turn_radius_m
-    if straight < SHORTEST:
-        yield Arc.from_pose(pose, task.turn_radius_m, sweep_deg=180.0 * side)
-        return
-    quarter = 90.0 * side
-    first = Arc.from_pose(pose, task.turn_radius_m, sweep_deg=quarter)
-    yield first
-    cross = Leg(*first.pose(first.length), straight)
-    yield cross
-    yield Arc.from_pose(cross.pose(straight), task.turn_radius_m, sweep_deg=quarter)
+_STRAIGHT = 0.05  # of a sector's reach, flown straight over the datum before the turn into the next circuit
 
 
 class Pattern(NamedTuple):
@@ -110,11 +37,6 @@ class Corner(NamedTuple):
 CORNERS = (Corner(-1, -1), Corner(-1, 1), Corner(1, -1), Corner(1, 1))
 
 
-def best_entry(pose: Pose, patterns: Iterable[Pattern], *, radius: float, roll_length: float) -> tuple[Way, Pattern]:
-    """The pattern with the shortest way from ``pose`` to its entry, and that way."""
-    raise NotImplementedError
-
-
 def parallel_tracks(
     centre: Point,
     bearing_deg: float,
@@ -126,53 +48,170 @@ def parallel_tracks(
     roll_length: float,
     corner: Corner,
 ) -> Pattern:
-    """A creeping line: ``tracks`` legs of ``leg`` [m] along ``bearing_deg``, ``spacing`` [m] apart, around ``centre``.
+    """A creeping line: ``tracks`` legs of ``leg`` along ``bearing_deg``, ``spacing`` apart, around ``centre``.
 
     The pattern goes on after ``tracks`` legs; their number only says where its middle is. From one leg to the next
     it turns by a half circle that ends exactly ``spacing`` to the side (of whatever radius that takes), or, where
     there is room, by two quarter turns of ``radius`` with a straight between.
     Raises :class:`InputError` if ``spacing`` is below twice ``radius``.
     """
-    raise NotImplementedError
+    if spacing < 2.0 * radius:
+        raise InputError(f"spacing_m = {spacing:g}: allowed: at least {2.0 * radius:g}, twice the radius of the turns")
+    middle = Pose(centre, bearing_deg)
+    beside = 0.5 * (tracks - 1) * spacing * corner.across
+    turned = 90.0 * (corner.along + 1)
+    entry = plane_pose(middle, 0.5 * leg * corner.along, across=beside, turned_deg=turned)
+
+    def pieces() -> Iterator[Leg | Arc | Spiral]:
+        pose, cross = entry, _Cross.of(spacing, radius=radius, roll_length=roll_length)
+        for number in count():
+            way: Way = [Leg(*pose, leg)]
+            way += cross.way(end_of(way, pose), side=corner.along * corner.across * (-1) ** number)
+            yield from way
+            pose = end_of(way, pose)
+
+    return Pattern(entry, pieces())
 
 
 def track_pitch(leg: float, spacing: float, *, radius: float, roll_length: float) -> float:
-    """Distance flown [m] over one leg of :func:`parallel_tracks` and the turn to the next."""
-    raise NotImplementedError
+    """Distance flown over one leg of :func:`parallel_tracks` and the turn to the next."""
+    cross = _Cross.of(spacing, radius=radius, roll_length=roll_length)
+    shape = turn_shape(cross.angle_deg, radius=cross.radius, roll_length=roll_length)
+    return leg + cross.straight + float(shape.length) * (180.0 / cross.angle_deg)
+
+
+class _Cross(NamedTuple):
+    """From one track to the next: a half circle, or two quarters with a straight between."""
+
+    angle_deg: float  # of each turn
+    radius: float
+    roll_length: float
+    straight: float  # between the two turns
+
+    @classmethod
+    def of(cls, spacing: float, *, radius: float, roll_length: float) -> _Cross:
+        straight = spacing - 2.0 * lead(90.0, radius=radius, roll_length=roll_length)
+        if straight > 0.0:
+            return cls(90.0, radius, roll_length, straight)
+        return cls(180.0, half_circle_radius(spacing, roll_length=roll_length), roll_length, 0.0)
+
+    def way(self, pose: Pose, *, side: int) -> Way:
+        angle = side * self.angle_deg
+        way = turn(pose, angle, radius=self.radius, roll_length=self.roll_length)
+        if self.straight:
+            way.append(Leg(*end_of(way, pose), self.straight))
+            way += turn(end_of(way, pose), angle, radius=self.radius, roll_length=self.roll_length)
+        return way
 
 
 def expanding_square(
     datum: Point, bearing_deg: float, *, spacing: float, radius: float, roll_length: float, right: bool = True
 ) -> Pattern:
-    """Legs of 1, 1, 2, 2, 3, 3 ... ``spacing`` [m], the first from ``datum`` on ``bearing_deg``, at right angles.
+    """Legs of 1, 1, 2, 2, 3, 3 ... ``spacing``, the first from ``datum`` on ``bearing_deg``, at right angles.
 
     The turns are flown inside the corners. Raises :class:`InputError` if ``spacing`` is too small for them.
     """
-    raise NotImplementedError
+    least = 2.0 * lead(90.0, radius=radius, roll_length=roll_length)
+    if spacing < least:
+        raise InputError(f"spacing_m = {spacing:g}: allowed: {_at_least(least)}, for two turns of radius {radius:g}")
+
+    def corners() -> Iterator[Point]:
+        x = y = 0.0
+        for number in count():
+            length, angle = spacing * (number // 2 + 1), number * (90.0 if right else -90.0)
+            x, y = x + length * cos(radians(angle)), y + length * sin(radians(angle))
+            yield offset(datum, bearing_deg, along=x, across=y)
+
+    return Pattern(Pose(datum, bearing_deg), _fly_by(datum, corners(), radius=radius, roll_length=roll_length))
 
 
 def sector_search(datum: Point, bearing_deg: float, *, reach: float, radius: float, roll_length: float) -> Pattern:
-    """Sectors of ``reach`` [m] around ``datum``: three legs through it per circuit, turns by 120 degrees to the right.
+    """Sectors of ``reach`` around ``datum``: three legs through it per circuit, turns by 120 degrees to the right.
 
-    The turns are flown inside the outer corners; each circuit is turned by 30 degrees from the one before. Raises
-    :class:`InputError` if ``reach`` is too small for the turns.
+    Begins at ``datum`` on ``bearing_deg``. The turns are flown inside the outer corners. Each circuit is turned by 30
+    degrees from the one before; the turn into it is flown after ``datum``, so that every leg leads straight over it.
+    Raises :class:`InputError` if ``reach`` is too small for the turns.
     """
-    raise NotImplementedError
+    least = 2.0 * lead(120.0, radius=radius, roll_length=roll_length)
+    if reach < least:
+        raise InputError(f"sector_m = {reach:g}: allowed: {_at_least(least)}, for two turns of radius {radius:g}")
+
+    def angle_beyond(distance: float) -> float:
+        """Of the turn ``distance`` after the datum towards the first corner of the next circuit [deg]."""
+        return degrees(atan2(reach * sin(pi / 6.0), reach * cos(pi / 6.0) - distance))
+
+    def late(distance: float) -> float:
+        return distance - _STRAIGHT * reach - lead(angle_beyond(distance), radius=radius, roll_length=roll_length)
+
+    beyond = float(brentq(late, 0.0, reach * cos(pi / 6.0), xtol=1e-9))
+
+    def corners() -> Iterator[Point]:
+        for first in count(bearing_deg, 30.0):
+            for bearing in (0.0, 60.0, 240.0, 300.0, 120.0, 180.0):
+                yield offset(datum, first + bearing, along=reach, across=0.0)
+            yield offset(datum, first, along=beyond, across=0.0)
+
+    return Pattern(Pose(datum, bearing_deg), _fly_by(datum, corners(), radius=radius, roll_length=roll_length))
 
 
 def race_track(
     centre: Point, bearing_deg: float, *, leg: float, radius: float, roll_length: float, right: bool = True
 ) -> Pattern:
-    """Two legs of ``leg`` [m], 2 ``radius`` [m] apart, joined by half circles, the first along ``bearing_deg``.
+    """Two legs of ``leg``, 2 ``radius`` apart, joined by half circles, the first along ``bearing_deg``.
 
-    Begins with that leg; ``centre`` lies amid the two. Every circuit lies exactly on the one before.
+    Begins with that leg; ``centre`` lies amid the two. Every circuit lies exactly on the one before: on the ellipsoid
+    two half circles lead back only almost, and the second leg and turn are made to fit.
     """
-    raise NotImplementedError
+    side = 1.0 if right else -1.0
+    entry = plane_pose(Pose(centre, bearing_deg), -0.5 * leg, across=-side * radius)
+    across, back, angle = 2.0 * radius, leg, 180.0
+    there: Way = [Leg(*entry, leg)]
+    there += _half_circle(end_of(there, entry), side * angle, across=across, roll_length=roll_length)
+    for _ in range(4):
+        circuit: Way = [*there, Leg(*end_of(there, entry), back)]
+        circuit += _half_circle(end_of(circuit, entry), side * angle, across=across, roll_length=roll_length)
+        ahead, aside, turned_deg = plane_shape(entry, end_of(circuit, entry))
+        back, across, angle = back + ahead, across + side * aside, angle - side * turned_deg
+    return Pattern(entry, cycle(circuit))
 
 
 def circle(centre: Point, bearing_deg: float, *, radius: float, roll_length: float, right: bool = True) -> Pattern:
-    """The orbit of ``radius`` [m] about ``centre``; its entry lies on ``bearing_deg`` from there.
+    """The orbit of ``radius`` about ``centre``; its entry lies on ``bearing_deg`` from there.
 
     Begins with the spiral that leads from straight flight into the orbit, and goes on circle by circle.
     """
-    raise NotImplementedError
+    side = 1.0 if right else -1.0
+    curvatures = (0.0, 1.0 / radius)
+    along, across = spiral_shape(roll_length, whole=roll_length, curvatures=curvatures)
+    turned = 0.5 * roll_length / radius
+    ahead, aside = along - radius * sin(turned), across + radius * cos(turned)  # the centre, as seen from the entry
+    outward = Leg(centre, bearing_deg, hypot(ahead, aside)).pose(hypot(ahead, aside))
+    course = outward.heading_deg + 180.0 - side * degrees(atan2(aside, ahead))
+    entry = Pose(outward.point, remainder(course, 360.0))
+    spiral = Spiral.from_pose(entry, roll_length, curvatures=(0.0, side / radius))
+    orbit = Arc(centre, radius, Leg.between(centre, spiral.position(roll_length)).heading_deg, side * 360.0)
+    return Pattern(entry, chain([spiral], repeat(orbit)))
+
+
+def _half_circle(pose: Pose, angle_deg: float, *, across: float, roll_length: float) -> Way:
+    return turn(pose, angle_deg, radius=half_circle_radius(across, roll_length=roll_length), roll_length=roll_length)
+
+
+def _fly_by(
+    start: Point, corners: Iterable[Point], *, radius: float, roll_length: float
+) -> Iterator[Leg | Arc | Spiral]:
+    """Legs from corner to corner, with the turns inside them; each leg is aimed anew, so that errors do not add up."""
+    corners = iter(corners)
+    corner = next(corners)
+    for beyond in corners:
+        leg = Leg.between(start, corner)
+        arrival = leg.pose(leg.length)
+        angle = remainder(Leg.between(corner, beyond).heading_deg - arrival.heading_deg, 360.0)
+        leg = leg.section(0.0, leg.length - lead(angle, radius=radius, roll_length=roll_length))
+        way: Way = [leg, *turn(leg.pose(leg.length), angle, radius=radius, roll_length=roll_length)]
+        yield from way
+        start, corner = way[-1].position(way[-1].length), beyond
+
+
+def _at_least(least: float) -> str:
+    return f"at least {ceil(10.0 * least) / 10.0:g}"

@@ -109,10 +109,6 @@ class Leg:
         """The part of the leg between two distances [m] from its start."""
         return Leg(*self.pose(begin), end - begin)
 
-    def cut(self, length: float) -> Leg:
-        """The first ``length`` [m] of the leg."""
-        return replace(self, length=length)
-
 
 @dataclass(frozen=True)
 class Arc:
@@ -152,10 +148,6 @@ class Arc:
         """The part of the turn between two distances [m] from its start."""
         sweep = copysign(degrees((end - begin) / self.radius), self.sweep_deg)
         return replace(self, bearing_deg=self._bearing(begin), sweep_deg=sweep)
-
-    def cut(self, length: float) -> Arc:
-        """The first ``length`` [m] of the turn."""
-        return self.section(0.0, length)
 
     def _bearing(self, distance: float) -> float:
         return self.bearing_deg + copysign(degrees(distance / self.radius), self.sweep_deg)
