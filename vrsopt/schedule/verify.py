@@ -1,8 +1,10 @@
 """A schedule flown on the full physics: trim and engine solved at every grid point, no surrogate.
 
-The mass is integrated along the way with the fuel flow of the physics itself (trapezoidal rule, predicted by Euler's).
-Neighbouring trims start from each other and re-use their factorisation. A point that is not solved makes the flight
-fail: nothing is interpolated over.
+The aircraft is trimmed in the steady flight that feels the same forces: heavier or lighter where it accelerates in the
+vertical plane, at the equivalent climb angle, turning to its side, near the ground where it is. The mass is integrated
+along the way with the fuel flow of the physics itself (trapezoidal rule, predicted by Euler's). Neighbouring trims
+start from each other and re-use their factorisation; where nothing changes from one segment to the next, the trim
+itself is used again. A point that is not solved makes the flight fail: nothing is interpolated over.
 
 Emissions come from the combustor's network at the flown states of the engine, solved together after the flight. The
 network takes as long as thirty gas paths, so it is not solved at nodes between which the fuel flow is a straight line:
@@ -20,17 +22,21 @@ import numpy as np
 
 from vrsopt.combustor.emissions import INLET
 from vrsopt.drive_train import engine_power
+from vrsopt.errors import InputError
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.helicopter import Helicopter, helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.residual import Solution
 from vrsopt.schedule.emissions import Emitted, emitted
+from vrsopt.schedule.ground_idle import ground_idle
 from vrsopt.schedule.quadrature import filled, per_segment, sparse, thinned
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
 from vrsopt.surrogate.emission_table import flows_of_fits
+from vrsopt.trimming import Trim
 
 if TYPE_CHECKING:
-    from vrsopt.mission.profile import Conditions, Profile
+    from vrsopt.mission.conditions import Conditions
+    from vrsopt.mission.profile import Profile
 
 GRID_STEP = 5.0  # s
 STRAIGHT = 5e-4  # relative: departure of the fuel flow from a straight line up to which nodes in between are left out
@@ -38,6 +44,8 @@ LONGEST_PIECE = 12  # steps
 STEEPEST = 4.0  # relative change of an emission over that of the fuel flow: 3.7 for NOx at idle
 # A schedule that follows a limit on the surrogate may pass it by the surrogate's own error on the physics.
 ALLOWED_BREACH = 3 * ON_LIMIT
+STEEP = 0.3  # rad: a steeper climb is flown as forward and vertical speed
+SAME_MASS = 1e-5  # relative: what the prediction of the mass at the end of a segment is wrong by
 
 
 @dataclass(frozen=True)
@@ -70,8 +78,10 @@ class PhysicsPilot:
         self.machine, self.limits, self.isa_offset = machine, limits, isa_offset
         rotor = machine.aircraft.main_rotor
         self.inertia = rotor.polar_inertia if kinetic_energy else 0.0
-        self.trim: Solution | None = None
+        self.trim: Trim | None = None
+        self.flight: Mapping[str, float] = {}  # of the trim
         self.engine: Solution | None = None
+        self.idle: dict[float, float] = {}  # power of the rotors at flat pitch by altitude
         self.residual_norm = 0.0
 
     def fly(self, profile: Profile, schedule: Schedule, *, takeoff_mass: float, step: float) -> PhysicsFlight:
@@ -90,9 +100,9 @@ class PhysicsPilot:
             before = 0.0 if first else (rotor_speed[i] - rotor_speed[i - 1]) / (nodes.time[i] - nodes.time[i - 1])
             after = 0.0 if last else (rotor_speed[i + 1] - rotor_speed[i]) / (nodes.time[i + 1] - nodes.time[i])
             predicted = here if first else here - sides[i - 1, 1] * (nodes.time[i] - nodes.time[i - 1])
-            flight = _flight(nodes, i, predicted, rotor_speed[i], twist[i], self.isa_offset)
+            flight = self._flight(nodes, i, predicted, rotor_speed[i], twist[i])
             rates = (after,) if first else (before,) if last else (before, after)
-            states, usages[:, i], message = self._node(flight, bool(nodes.idle[i]), rates)
+            states, usages[:, i], message = self._node(flight, rates, nodes.idle[i], nodes.ground_idle[i])
             if message:
                 task = profile.segments[nodes.segment[i]].task
                 message = f"no physics at {nodes.time[i]:.0f} s ({task}): {message}"
@@ -104,27 +114,50 @@ class PhysicsPilot:
             mass[i] = here
         return self._judged(profile, nodes, mass, sides, inlets, usages, message)
 
+    def _flight(self, nodes: Conditions, i: int, mass: float, rotor_speed: float, twist: float) -> dict[str, float]:
+        """The steady flight with the forces of node ``i``, see :func:`vrsopt.flight.trim_parameters`."""
+        rotor, speed, angle = self.machine.aircraft.main_rotor, nodes.speed[i], nodes.equivalent_climb_angle[i]
+        steep = abs(angle) > STEEP
+        return {
+            "mass": float(mass * nodes.load_factor[i] / nodes.turn_load_factor[i]),
+            "altitude": float(nodes.altitude[i]),
+            "isa_offset": self.isa_offset,
+            "speed": float(speed * np.cos(angle) if steep else speed),
+            "climb_angle": 0.0 if steep else float(angle),
+            "vertical_speed": float(speed * np.sin(angle)) if steep else 0.0,
+            "load_factor": float(nodes.turn_load_factor[i]),
+            "turn": float(nodes.turn[i]),
+            "ground_proximity": float(rotor.radius / (nodes.height[i] + rotor.hub_above_skids)),
+            "rotor_speed": float(rotor_speed),
+            "twist": float(twist),
+        }
+
     def _node(
-        self, flight: Mapping[str, float], idle: bool, rates: tuple[float, ...]
+        self, flight: Mapping[str, float], rates: tuple[float, ...], idle: bool, at_ground_idle: bool
     ) -> tuple[list[Mapping[str, float]], np.ndarray, str]:
         """Outputs of one engine for each rate of the rotor speed, the larger usage of each limit, what went wrong."""
-        nothing = np.full(len(LIMIT_NAMES), np.nan)
-        aircraft = self.machine.aircraft
+        nothing, place = np.full(len(LIMIT_NAMES), np.nan), {"altitude": flight["altitude"]}
+        if at_ground_idle:
+            engine = ground_idle(self.machine.engine, **place, isa_offset=self.isa_offset)
+            return [engine.outputs], nothing, ""
         if idle:
-            place = {"altitude": flight["altitude"], "isa_offset": self.isa_offset}
-            rotor_power = flat_pitch_power(aircraft, **place)
+            if flight["altitude"] not in self.idle:
+                power = flat_pitch_power(self.machine.aircraft, **place, isa_offset=self.isa_offset)
+                self.idle[flight["altitude"]] = power
+            rotor_power = self.idle[flight["altitude"]]
         else:
-            trim = self.machine.trim(flight, guess=self.trim)
+            try:
+                trim = self._trimmed(flight)
+            except InputError as error:  # a turn too tight for the trim
+                return [], nothing, str(error)
             if not trim.success:
                 return [], nothing, trim.reason or trim.solution.message
-            self.trim = trim.solution
-            self.residual_norm = max(self.residual_norm, trim.solution.residual_norm)
             rotor_power = trim.power
         states: list[Mapping[str, float]] = []
         usages: list[list[float]] = []
         for rate in rates:
             kinetic = self.inertia * flight["rotor_speed"] * rate
-            power = float(engine_power(aircraft, self.machine.engine, rotor_power + kinetic))
+            power = float(engine_power(self.machine.aircraft, self.machine.engine, rotor_power + kinetic))
             engine = self.machine.engine_state(power, flight, guess=self.engine)
             if not engine.success:
                 return [], nothing, engine.message
@@ -134,6 +167,16 @@ class PhysicsPilot:
             if not idle:
                 usages.append(list(self.machine.usages(flight, trim.solution, engine, power, self.limits).values()))
         return states, np.max(usages, axis=0) if usages else nothing, ""
+
+    def _trimmed(self, flight: Mapping[str, float]) -> Trim:
+        """The trim of ``flight``: the last one if that is the same flight, as at most edges between segments."""
+        if self.trim is not None and _same(flight, self.flight):
+            return self.trim
+        trim = self.machine.trim(flight, guess=self.trim.solution if self.trim else None)
+        if trim.success:
+            self.trim, self.flight = trim, flight
+            self.residual_norm = max(self.residual_norm, trim.solution.residual_norm)
+        return trim
 
     def _emissions(
         self, profile: Profile, segment: np.ndarray, time: np.ndarray, sides: np.ndarray, inlets: np.ndarray
@@ -206,17 +249,11 @@ def fly_physics(
     return pilot.fly(profile, schedule, takeoff_mass=takeoff_mass, step=step)
 
 
-def _flight(nodes: Conditions, i: int, mass: float, rotor_speed: float, twist: float, isa_offset: float) -> dict:
-    return {
-        "mass": float(mass),
-        "altitude": float(nodes.altitude[i]),
-        "isa_offset": isa_offset,
-        "speed": float(nodes.speed[i]),
-        "climb_angle": float(nodes.climb_angle[i]),
-        "load_factor": float(nodes.load_factor[i]),
-        "rotor_speed": float(rotor_speed),
-        "twist": float(twist),
-    }
+def _same(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    """Whether two flights are one but for an error of the predicted mass."""
+    return math.isclose(one["mass"], other["mass"], rel_tol=SAME_MASS) and all(
+        math.isclose(value, other[name], rel_tol=1e-9, abs_tol=1e-9) for name, value in one.items() if name != "mass"
+    )
 
 
 def _errors(

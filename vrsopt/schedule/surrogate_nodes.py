@@ -1,0 +1,213 @@
+"""The nodes of a surrogate aircraft: fuel flow, power and limits of free mass, rotor speed and twist, as arrays and as
+CasADi expressions of the same polynomials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from vrsopt.atmosphere import standard_air
+from vrsopt.errors import InputError
+from vrsopt.limits import LIMIT_NAMES
+from vrsopt.schedule.ground_idle import ground_idle_emissions
+from vrsopt.schedule.path_model import PathValues
+from vrsopt.schedule.plant import Plant
+from vrsopt.schedule.rotor_tables import POWER_DEGREES, POWER_KEPT, TAIL_DEGREES
+from vrsopt.surrogate import chebyshev
+from vrsopt.surrogate.engine_table import SPEEDS, EngineTable
+
+GROUND_IDLE, FLAT_PITCH, FLYING = 0.0, 1.0, 2.0  # kinds of condition
+
+
+@dataclass(frozen=True)
+class SurrogatePath:
+    """:class:`vrsopt.schedule.path_model.PathModel` at N nodes that share n different flight conditions.
+
+    ``condition`` (N,) says which; ``load_factor`` (N,). ``flight`` (5, n): speed [m/s], altitude [m], kind, and what
+    speeds and masses are multiplied by on the standard day of the rotors. A turn counts as the mass times its load
+    factor. ``burned`` (2, n): power [W] and fuel flow [kg/s] of one engine at ground idle.
+    """
+
+    plant: Plant
+    condition: np.ndarray
+    load_factor: np.ndarray
+    flight: np.ndarray
+    power_series: np.ndarray = field(repr=False)
+    tail_series: np.ndarray = field(repr=False)
+    engine_series: np.ndarray = field(repr=False)
+    burned: np.ndarray = field(repr=False)
+
+    limit_names = LIMIT_NAMES
+
+    @property
+    def bounds(self) -> dict[str, tuple[Any, Any]]:
+        """Mass (N,) [kg], by its load factor, rotor speed [rad/s] and twist [rad] inside the sampled box, as the day of
+        the mission sees it."""
+        lower, upper = self.plant.lower, self.plant.upper
+        _, _, kind, faster, heavier = self.flight
+        flying, scale = (kind == FLYING)[self.condition], heavier[self.condition] * self.load_factor
+        slowest, fastest = (ratio * self._nominal for ratio in SPEEDS)  # of the engine's table
+        return {
+            "mass": (np.where(flying, lower[0] / scale, 0.0), np.where(flying, upper[0] / scale, np.inf)),
+            "rotor_speed": (max(slowest, float(lower[1] / faster.min())), min(fastest, float(upper[1] / faster.max()))),
+            "twist": (float(lower[2]), float(upper[2])),
+        }
+
+    def nodes(self, index: np.ndarray) -> SurrogatePath:
+        """The same aircraft at some of the nodes."""
+        kept, condition = np.unique(self.condition[index], return_inverse=True)
+        return replace(
+            self,
+            condition=condition.ravel(),
+            load_factor=self.load_factor[index],
+            flight=self.flight[:, kept],
+            power_series=self.power_series[kept],
+            tail_series=self.tail_series[kept],
+            engine_series=self.engine_series[kept],
+            burned=self.burned[:, kept],
+        )
+
+    def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
+        """Fuel flow, power and limits; arguments broadcast to (N,) or (N, k). Outside the sampled box: InputError."""
+        values = [np.asarray(value, dtype=float) for value in (mass, rotor_speed, twist, rotor_speed_rate)]
+        shape = np.broadcast_shapes(*(value.shape for value in values), (len(self.condition),) if _flat(values) else ())
+        W, Omega, tw, rate = (value[:, None] if value.ndim == 1 else value for value in values)
+        speed, altitude, kind, faster, heavier = self.flight[:, self.condition][:, :, None]
+        weight, flying = W * self.load_factor[:, None], kind == FLYING
+        lower, upper = self.plant.lower, self.plant.upper
+        point = np.broadcast_arrays(np.where(flying, weight * heavier, 0.5 * (lower[0] + upper[0])), Omega * faster, tw)
+        points = np.stack(point, axis=-1)
+        scales = np.broadcast_arrays(heavier, faster, 1.0)
+        _check_inside(points, lower, upper, np.stack(scales, axis=-1))
+        rotor_power = chebyshev.evaluate(
+            self.power_series[self.condition], points, lower=lower, upper=upper, extrapolate=True
+        )
+        tail_loading = chebyshev.evaluate(
+            self.tail_series[self.condition], points, lower=lower, upper=upper, extrapolate=True
+        )
+        power = self.plant.engine_power(rotor_power, Omega, rate)
+        ratio = np.broadcast_to(Omega / self._nominal, power.shape)
+        fuel, temperature = self.plant.table.evaluate(self.engine_series[self.condition], power, ratio)
+        power, fuel = (
+            np.where(kind == GROUND_IDLE, own[self.condition][:, None], value)
+            for own, value in zip(self.burned, (power, fuel), strict=True)
+        )
+        usages = self.plant.usages(
+            weight,
+            Omega,
+            speed=speed,
+            density=standard_air(altitude, self.plant.isa_offset).density,
+            power=power,
+            temperature=temperature,
+            tail_loading=tail_loading,
+        )
+        limits = np.stack([np.broadcast_to(np.where(flying, usage - 1.0, -1.0), power.shape) for usage in usages])
+        return PathValues(
+            (self._engines * fuel).reshape(shape), power.reshape(shape), limits.reshape(len(LIMIT_NAMES), *shape)
+        )
+
+    def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
+        """Emissions of all engines [kg/s] by name, each (N, k); see the protocol."""
+        speed, altitude, kind = self.flight[:3]
+        flows = self.plant.emissions(
+            altitude,
+            self.plant.mach(speed, altitude),
+            self.condition,
+            fuel_flow=fuel_flow,
+            power=power_per_engine,
+            rotor_speed=rotor_speed,
+        )
+        for k in np.flatnonzero(kind == GROUND_IDLE):
+            place = {"altitude": float(altitude[k]), "isa_offset": self.plant.isa_offset}
+            here = self.condition == k
+            for name, index in ground_idle_emissions(self.plant.limits.engine, **place).items():
+                flows[name][here] = index * fuel_flow[here]
+        return flows
+
+    def function(self) -> tuple[ca.Function, np.ndarray]:
+        """One node as an SX function, exact to second order about its last input, and the coefficients (n_c, N)."""
+        W, Omega, tw, rate = (ca.SX.sym(name) for name in ("mass", "rotor_speed", "twist", "rotor_speed_rate"))
+        centre = ca.SX.sym("centre", 4)
+        blocks = self._blocks()
+        c = ca.SX.sym("c", sum(len(block) for block in blocks))
+        power_c, tail_c, engine_c, node = ca.vertsplit(c, np.cumsum([0, *map(len, blocks)]).tolist())
+        load_factor, speed, density, flying, faster, heavier, running, fuel_of_idle = ca.vertsplit(node)
+        lower, upper = self.plant.lower.tolist(), self.plant.upper.tolist()
+        middle = 0.5 * (lower[0] + upper[0])  # on the ground the power is a constant: any mass will do
+        point, about = (
+            [flying * mass * load_factor * heavier + (1 - flying) * middle, speed_ * faster, twist]
+            for mass, speed_, twist in ((W, Omega, tw), ca.vertsplit(centre[:3]))
+        )
+        rotor_power = chebyshev.quadratic(
+            power_c, point, about, POWER_DEGREES, lower=lower, upper=upper, kept=POWER_KEPT
+        )
+        tail_loading = chebyshev.quadratic(tail_c, point, about, TAIL_DEGREES, lower=lower, upper=upper)
+        power = self.plant.engine_power(rotor_power, Omega, rate)
+        power_about = ca.substitute(power, ca.vertcat(W, Omega, tw, rate), centre)
+        fuel, temperature = _engine_about(
+            self.plant.table, engine_c, (power, Omega / self._nominal), (power_about, centre[1] / self._nominal)
+        )
+        usages = self.plant.usages(
+            W * load_factor,
+            Omega,
+            speed=speed,
+            density=density,
+            power=power,
+            temperature=temperature,
+            tail_loading=tail_loading,
+        )
+        limits = flying * ca.vertcat(*usages) - 1.0
+        outputs = [self._engines * (running * fuel + fuel_of_idle), limits]
+        return ca.Function("node", [W, Omega, tw, rate, c, centre], outputs), np.concatenate(blocks)
+
+    def _blocks(self) -> tuple[np.ndarray, ...]:
+        """Coefficients of the nodes, each (n, N): rotor power, tail loading, engine, flight condition."""
+        speed, altitude, kind, faster, heavier = self.flight[:, self.condition]
+        density = standard_air(altitude, self.plant.isa_offset).density
+        tables = (self.power_series, self.tail_series, self.engine_series)
+        columns = [table.reshape(len(table), -1)[self.condition].T for table in tables]
+        flying, running = (kind == FLYING).astype(float), (kind != GROUND_IDLE).astype(float)
+        idle = self.burned[1][self.condition]
+        return (*columns, np.stack([self.load_factor, speed, density, flying, faster, heavier, running, idle]))
+
+    @property
+    def _nominal(self) -> float:
+        return self.plant.limits.aircraft.main_rotor.nominal_rotor_speed
+
+    @property
+    def _engines(self) -> int:
+        return self.plant.limits.aircraft.transmission.engines
+
+
+def _engine_about(table: EngineTable, c: Any, point: tuple[Any, Any], centre: tuple[Any, Any]) -> list[Any]:
+    """Fuel flow and temperature of one engine at power and speed ``point``, to second order about ``centre``."""
+    x = ca.SX.sym("x", 2)
+    about, away = ca.vertcat(*centre), ca.vertcat(*point) - ca.vertcat(*centre)
+    results = []
+    for value in table.function(x[0], x[1], c):
+        hessian, gradient = ca.hessian(value, x)
+        value, gradient, hessian = ca.substitute([value, gradient, hessian], [x], [about])
+        results.append(value + ca.dot(gradient, away) + 0.5 * ca.bilin(hessian, away, away))
+    return results
+
+
+def _check_inside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray, scales: np.ndarray) -> None:
+    """Raises :class:`InputError` that names the first variable outside the sampled box; nan passes, and shows.
+
+    ``scales`` (..., 3): by which the points were multiplied to be those of the standard day.
+    """
+    allowance = 1e-6 * (upper - lower)
+    names = ("load factor times mass", "rotor speed", "twist")
+    for k, (name, unit) in enumerate(zip(names, ("kg", "rad/s", "rad"), strict=True)):
+        outside = (points[..., k] < lower[k] - allowance[k]) | (points[..., k] > upper[k] + allowance[k])
+        if np.any(outside):
+            scale = np.broadcast_to(scales[..., k], outside.shape)[outside][0]
+            value, low, high = (number / scale for number in (points[..., k][outside][0], lower[k], upper[k]))
+            raise InputError(f"surrogate: {name} = {value:.6g} {unit}: sampled from {low:g} to {high:g}")
+
+
+def _flat(values: list[np.ndarray]) -> bool:
+    return all(value.ndim <= 1 for value in values)
