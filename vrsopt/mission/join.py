@@ -135,9 +135,9 @@ def _exactly_to(pose: Pose, target: Point, fit: _Fit, turns: _Turns) -> Way | No
         angle += miss / (straight + across * cos(angle) - along * sin(angle))
     if abs(miss) > CLOSE or straight < -CLOSE:
         return None
-    if not way:
-        return [Leg.between(pose.point, target)]
-    return [*way, Leg(*end, straight)] if straight >= SHORTEST else way
+    if straight >= SHORTEST:  # aimed anew only where the turn that is missing is too small to be flown
+        way.append(Leg(*end, straight) if abs(miss) < _EXACT else Leg.between(end.point, target))
+    return way
 
 
 def _fits(x: float, y: float, turned: float, turns: _Turns) -> Iterator[_Fit]:

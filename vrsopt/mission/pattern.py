@@ -1,7 +1,7 @@
 """Search and loiter patterns, as endless chains of legs and turns that begin in a pose of their own.
 
-Lengths are in metres. ``radius`` and ``roll_length`` of the turns as in :mod:`vrsopt.mission.turns`. The search patterns
-are those of the IAMSAR Manual, volume II: creeping line (parallel tracks), expanding square, sector.
+Lengths are in metres; ``radius`` and ``roll_length`` of the turns as in :mod:`vrsopt.mission.turns`. The search
+patterns are those of the IAMSAR Manual, volume II: creeping line (parallel tracks), expanding square, sector.
 """
 
 from __future__ import annotations
