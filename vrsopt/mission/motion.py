@@ -10,7 +10,7 @@ from numpy.polynomial import Chebyshev
 from numpy.typing import NDArray
 
 from vrsopt.mission.conditions import Kinematics
-from vrsopt.mission.route import Arc, Path, Pose
+from vrsopt.mission.route import Path
 
 Array = NDArray[Any]
 
@@ -42,7 +42,7 @@ class PathMotion:
         return Kinematics(
             ground_speed=speed,
             acceleration=ground_speed.deriv()(time),
-            lateral_acceleration=speed**2 * _curvature(self.path, self.distance(time)),
+            lateral_acceleration=speed**2 * self.path.curvature(self.distance(time)),
             altitude=self.altitude(time),
             climb_rate=climb_rate(time),
             vertical_acceleration=climb_rate.deriv()(time),
@@ -50,18 +50,7 @@ class PathMotion:
 
     def track(self, time: Array) -> tuple[Array, Array, Array]:
         """See :class:`Motion`."""
-        poses = [_pose(self.path, distance) for distance in self.distance(time)]
+        poses = [self.path.pose(distance) for distance in self.distance(time)]
         latitude, longitude, course = np.array([(*pose.point, pose.heading_deg) for pose in poses]).reshape(-1, 3).T
         return latitude, longitude, course
 
-
-def _curvature(path: Path, distance: Array) -> Array:
-    if hasattr(path, "curvature"):
-        return np.asarray(path.curvature(distance)) + np.zeros_like(distance)
-    if isinstance(path, Arc):
-        return np.full_like(distance, np.copysign(1.0 / path.radius, path.sweep_deg))
-    return np.zeros_like(distance)
-
-
-def _pose(path: Path, distance: float) -> Pose:
-    return path.pose(distance) if hasattr(path, "pose") else Pose(path.position(distance), 0.0)
