@@ -1,75 +1,30 @@
-"""One short mission, solved once for all tests of the reports."""
+"""One short mission, made by hand, for all tests of the reports."""
 
 import math
 from dataclasses import replace
 
 import pytest
 
-from vrsopt.schedule.compare import solve
+from tests.report.synthetic import BREEZE, HOP_PLACES, compare, hop
 from vrsopt.schedule.refly import Violation
 
-MISSION = """
-name = "Hop <über>"
-aircraft = "bo105"
-start = "base"
-
-[places.base]
-latitude_deg = 37.6
-longitude_deg = -122.4
-elevation_m = 0.0
-
-[places.quay]
-latitude_deg = 37.66
-longitude_deg = -122.4
-elevation_m = 0.0
-
-[loading]
-empty_kg = 1300.0
-crew_kg = 400.0
-
-[[tasks]]
-kind = "hover"
-duration_s = 40.0
-height_m = 20.0
-
-[[tasks]]
-kind = "climb"
-altitude_m = 100.0
-speed_m_s = 40.0
-climb_angle_deg = 7.12
-
-[[tasks]]
-kind = "cruise"
-to = "quay"
-speed_m_s = 48.0
-
-[[tasks]]
-kind = "descent"
-speed_m_s = 40.0
-climb_angle_deg = -7.12
-
-[[tasks]]
-kind = "hover"
-duration_s = 40.0
-height_m = 20.0
-"""
+NAME = "Hop <über>"
 
 
 @pytest.fixture(scope="session")
 def mission_text():
-    return MISSION
+    return 'name = "Hop <über>"\nstart = "base"  # & so on\n'
 
 
 @pytest.fixture(scope="session")
-def mission_path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("mission") / "hop.toml"
-    path.write_text(MISSION, encoding="utf-8")
-    return path
+def comparison():
+    return compare(hop(), NAME, HOP_PLACES)
 
 
 @pytest.fixture(scope="session")
-def comparison(mission_path):
-    return solve(mission_path, workers=1)
+def windy():
+    """The same mission over the ground in a wind from the west-south-west, with the schedules that matter most."""
+    return compare(hop(BREEZE), NAME, HOP_PLACES, schedules=["nominal", "trajectory"])
 
 
 @pytest.fixture(scope="session")
@@ -88,9 +43,9 @@ def broken(comparison):
 
 
 @pytest.fixture(scope="session")
-def with_variant(comparison, mission_path):
+def with_variant(comparison):
     """A comparison with one variant, that of twist alone."""
-    twist = solve(mission_path, schedules=("nominal", "trajectory"), variables="twist", workers=1)
+    twist = compare(hop(), NAME, HOP_PLACES, schedules=["nominal", "trajectory"], variables="twist")
     return replace(comparison, variants={"twist_only": twist})
 
 

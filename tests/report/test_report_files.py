@@ -13,7 +13,8 @@ from scipy.integrate import trapezoid
 from vrsopt.errors import InputError
 from vrsopt.report.files import read_result, write_results
 
-NAMES = ("flight_path", "schedules", "fuel", "emissions", "phases")
+NAMES = ("flight_path", "mission_profile", "schedules", "fuel", "emissions", "phases")
+DATA = ("result.nc", "flight_path.geojson", "flight_path.kml")
 FIGURES = [f"{name}.png" for name in NAMES]
 
 
@@ -43,8 +44,8 @@ def without_figures(monkeypatch):
 
 def test_all_files_are_there_and_nothing_else(folder):
     names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    variant = [f"twist_only/{name}" for name in (*FIGURES, "result.nc")]
-    assert names == sorted([*FIGURES, "result.nc", "report.html", "summary.json", *variant])
+    variant = [f"twist_only/{name}" for name in (*FIGURES, *DATA)]
+    assert names == sorted([*FIGURES, *DATA, "report.html", "summary.json", *variant])
 
 
 def test_summary_is_strict_json_with_the_variants(folder, with_variant):
@@ -75,18 +76,34 @@ def test_result_holds_every_time_series_with_its_unit(folder, comparison):
         np.testing.assert_array_equal(one["twist_deg"], np.degrees(flight.twist))
         np.testing.assert_array_equal(one["fuel_flow"], flight.fuel_flow)
         np.testing.assert_array_equal(one["power_per_engine"], flight.power_per_engine)
-        np.testing.assert_array_equal(one["limit_usage"], 1 + flight.limits)
+        usage = np.where(np.isfinite(flight.limits), 1 + flight.limits, np.nan)
+        np.testing.assert_array_equal(one["limit_usage"], usage)
         np.testing.assert_array_equal(one["physics_fuel_flow"], result.physics.fuel_flow)
         np.testing.assert_array_equal(one["physics_limit_usage"], result.physics.usages)
         assert float(one["fuel"]) == flight.fuel and float(one["physics_fuel"]) == result.physics.fuel
         assert str(one["message"].values) == result.message and bool(one["success"]) == result.success
         # fuel flow belongs to the mass history: what is burned is what the aircraft gets lighter by
         burned = trapezoid(one["fuel_flow"], one["time"])
-        assert burned == pytest.approx(flight.mass[0] - flight.mass[-1], rel=0.01)
+        assert burned == pytest.approx(flight.mass[0] + 50.0 - flight.mass[-1], rel=0.01)
     nodes = comparison.profile.conditions(data["segment_index"].values, data["time"].values)
-    for name in ("speed", "altitude", "climb_angle", "load_factor", "idle"):
+    conditions = (
+        "speed",
+        "altitude",
+        "climb_angle",
+        "load_factor",
+        "turn_load_factor",
+        "height",
+        "idle",
+        "ground_idle",
+    )
+    for name in (*conditions, "equivalent_climb_angle"):
         np.testing.assert_array_equal(data[name], getattr(nodes, name))
-    assert float(data["latitude"][-1]) == pytest.approx(37.66) and float(data["longitude"][0]) == pytest.approx(-122.4)
+    np.testing.assert_allclose(data["bank"], nodes.turn * np.arccos(1 / nodes.turn_load_factor))
+    latitude, longitude = comparison.profile.positions(data["segment_index"].values, data["time"].values)
+    np.testing.assert_allclose(data["latitude_deg"], latitude, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(data["longitude_deg"], longitude, rtol=0, atol=1e-12)
+    assert float(data["ground_distance"].sum()) == pytest.approx(float(data["distance"][-1]))
+    np.testing.assert_allclose(data["segment_fuel"].sum("segment"), data["fuel"])
     assert list(data["task"].values) == [segment.task for segment in comparison.profile.segments]
     np.testing.assert_allclose(data["band_lower_percent"], 100 * comparison.band.lower / 44.4)
     units = {
@@ -134,14 +151,11 @@ def test_result_holds_what_is_needed_to_repeat_it(folder, comparison, mission_te
 
 
 def test_idle_has_no_use_of_limits(comparison, without_figures, mission_text, tmp_path):
-    flight = comparison.results["nominal"].flight
-    limits = np.where(np.arange(len(flight.time)) < 3, -np.inf, flight.limits)
-    idle = type(flight)(**{**vars(flight), "limits": limits})
-    nominal = type(comparison.results["nominal"])(**{**vars(comparison.results["nominal"]), "flight": idle})
-    changed = type(comparison)(**{**vars(comparison), "results": {**comparison.results, "nominal": nominal}})
-    write_results(changed, tmp_path, mission_text=mission_text)
-    usage = read_result(tmp_path / "result.nc")["limit_usage"].sel(schedule="nominal")
-    assert np.isnan(usage[:, :3]).all() and np.isfinite(usage[:, 3:]).all()
+    write_results(comparison, tmp_path, mission_text=mission_text)
+    data = read_result(tmp_path / "result.nc")
+    usage, idle = data["limit_usage"].sel(schedule="nominal").values, data["idle"].values == 1
+    assert 0 < idle.sum() < len(idle)
+    assert np.isnan(usage[:, idle]).all() and np.isfinite(usage[:, ~idle]).all()
 
 
 class Page(HTMLParser):
@@ -184,6 +198,24 @@ def test_page_is_complete_and_needs_nothing_else(folder, comparison, mission_tex
     assert "width=device-width" in text
 
 
+def test_notes_on_the_mission_are_in_report_and_summary(comparison, without_figures, mission_text, tmp_path):
+    notes = ("Altitude of the track <GPS> smoothed over 20 s.", "Two gaps filled.")
+    write_results(comparison, tmp_path, mission_text=mission_text, notes=notes)
+    assert strict((tmp_path / "summary.json").read_text(encoding="utf-8"))["notes"] == list(notes)
+    page = Page()
+    page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert page.texts.index(notes[0]) < page.texts.index(notes[1])
+    write_results(comparison, tmp_path, mission_text=mission_text)
+    assert "notes" not in strict((tmp_path / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_files_are_the_same_every_time(comparison, without_figures, mission_text, tmp_path):
+    for folder in ("one", "two"):
+        write_results(comparison, tmp_path / folder, mission_text=mission_text)
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes(), file.name
+
+
 def test_other_files_stay_and_old_results_are_replaced(comparison, mission_text, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "summary.json").write_text("old")
@@ -191,7 +223,7 @@ def test_other_files_stay_and_old_results_are_replaced(comparison, mission_text,
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert strict((tmp_path / "summary.json").read_text(encoding="utf-8"))["mission"] == "Hop <über>"
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        [*FIGURES, "result.nc", "report.html", "summary.json", "notes.txt"]
+        [*FIGURES, *DATA, "report.html", "summary.json", "notes.txt"]
     )
 
 
@@ -244,6 +276,6 @@ def test_only_results_are_read(folder, tmp_path):
     xr.Dataset(attrs={"format": "vrsopt result", "format_version": "9"}).to_netcdf(path, engine="scipy")
     with pytest.raises(InputError, match="format_version = '9'"):
         read_result(path)
-    xr.Dataset(attrs={"format": "vrsopt result", "format_version": "1"}).to_netcdf(path, engine="scipy")
+    xr.Dataset(attrs={"format": "vrsopt result", "format_version": "2"}).to_netcdf(path, engine="scipy")
     with pytest.raises(InputError, match="not a complete result"):
         read_result(path)

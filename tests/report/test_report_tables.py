@@ -1,7 +1,10 @@
 """The table shows the numbers of the summary, and no percentage for what can not be flown."""
 
+import math
 import re
 from dataclasses import replace
+
+import pytest
 
 from vrsopt.report.emission_tables import (
     EMISSION_HEADINGS,
@@ -12,8 +15,17 @@ from vrsopt.report.emission_tables import (
     number,
     phase_rows,
 )
-from vrsopt.report.tables import HEADINGS, footer, remarks, summary_rows, summary_text
+from vrsopt.report.tables import (
+    HEADINGS,
+    TASK_HEADINGS,
+    footer,
+    remarks,
+    summary_rows,
+    summary_text,
+    task_rows,
+)
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
+from vrsopt.schedule.task_summary import task_figures
 
 
 def test_numbers_are_those_of_the_summary(comparison):
@@ -54,7 +66,15 @@ def test_nox_is_shown_with_its_range(two_fits):
 
 def test_phases_add_up_to_the_mission(two_fits):
     *rows, total = phase_rows(two_fits, "trajectory")
-    assert [row[0] for row in (*rows, total)] == ["hover", "climb", "cruise", "descent", "mission"]
+    assert [row[0] for row in (*rows, total)] == [
+        "idle *",
+        "hover",
+        "climb",
+        "cruise",
+        "loiter",
+        "descent",
+        "mission",
+    ]
     assert all(len(row) == len(PHASE_HEADINGS) for row in rows)
     for column in (1, 2, 4, 5):
         assert abs(sum(float(row[column]) for row in rows) - float(total[column])) < 0.3
@@ -62,6 +82,59 @@ def test_phases_add_up_to_the_mission(two_fits):
     assert total[3] == f"{result.fuel_delta_percent:+.2f}" and total[7] == f"{result.changes['nox']:+.2f}"
     assert total[6] == f"{1e3 * result.emissions.total('nox'):.1f} to {1.2e3 * result.emissions.total('nox'):.1f}"
     assert {row[3] for row in phase_rows(two_fits, "nominal")} == {"-"}
+
+
+def test_tasks_have_their_share_of_time_distance_and_fuel(comparison):
+    *rows, total = task_rows(comparison, "trajectory")
+    assert all(len(row) == len(TASK_HEADINGS) for row in (*rows, total))
+    assert [row[0] for row in rows] == [
+        "idle",
+        "ground idle",
+        "hover",
+        "vertical climb",
+        "climb",
+        "cruise",
+        "descent",
+        "loiter",
+    ]
+    assert total[0] == "mission" and total[2] == "100.0"
+    for column in (1, 2, 3, 4, 5):
+        assert abs(sum(float(row[column]) for row in rows) - float(total[column])) < 0.3
+    loiter = rows[-1]
+    circle = 2 * math.pi * 300.0
+    assert loiter[1] == f"{circle / 40 / 60:.1f}" and loiter[3] == f"{circle / 1e3:.1f}"
+    assert float(loiter[2]) == pytest.approx(100 * circle / 40 / comparison.profile.duration, abs=0.05)
+    assert total[6] == f"{comparison.results['trajectory'].fuel_delta_percent:+.2f}"
+    assert {row[6] for row in task_rows(comparison, "nominal")} == {"-"}
+
+
+def test_tasks_are_figures_of_the_summary(comparison):
+    figures = task_figures(comparison.profile, comparison.results)
+    assert sum(one["share_percent"] for one in figures) == pytest.approx(100)
+    assert sum(one["duration_s"] for one in figures) == pytest.approx(comparison.profile.duration)
+    for name, result in comparison.results.items():
+        assert sum(one["fuel_kg"][name] for one in figures) == pytest.approx(result.flight.fuel)
+    assert {one["kind"]: one["distance_m"] for one in figures}["hover"] == 0.0
+
+
+def test_the_prescribed_schedule_is_compared_with_the_modelled_one(comparison):
+    lines = [line for line in remarks(comparison) if " against " in line]
+    own, base = (comparison.results[name] for name in ("prescribed", "pointwise"))
+    difference, physics = own.flight.fuel - base.flight.fuel, own.physics.fuel - base.physics.fuel
+    assert difference > 0.01
+    assert lines[0] == (
+        f"Prescribed climb and descent against pointwise: fuel {difference:+.3f} kg "
+        f"({100 * difference / base.flight.fuel:+.2f} %) on the surrogate, {physics:+.3f} kg "
+        f"({100 * physics / base.physics.fuel:+.2f} %) on the physics"
+    )
+    assert lines[1].startswith("Prescribed, rate limited against pointwise, rate limited: fuel +")
+    without = {name: result for name, result in comparison.results.items() if name != "prescribed"}
+    assert len([line for line in remarks(replace(comparison, results=without)) if " against " in line]) == 1
+
+
+def test_a_schedule_that_is_not_flyable_is_not_compared_with_the_prescribed(broken):
+    expected = "Prescribed climb and descent against pointwise: not compared, one of them is not flyable"
+    assert expected in remarks(broken)
 
 
 def test_idle_is_marked_as_indicative(comparison):
@@ -130,3 +203,4 @@ def test_numbers_as_text():
 def test_labels():
     assert label("pointwise_rate_limited") == "pointwise, rate limited"
     assert label("speed_only") == "speed only"
+    assert label("prescribed") == "prescribed climb and descent"

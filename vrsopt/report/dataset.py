@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.mission.flight_path import FLAGS, SERIES, flight_path_at, ground_distances
 from vrsopt.report.emission_dataset import emission_variables
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from vrsopt.schedule.comparison import Comparison
 
-FORMAT, FORMAT_VERSION = "vrsopt result", "1"
+FORMAT, FORMAT_VERSION = "vrsopt result", "2"
 DIMENSIONS = {"schedule", "limit", "node", "physics_node", "band_node", "segment"}
 RENAMED = {"variables": "free_variables"}  # scipy's NetCDF files have an attribute "variables" of their own
 # What xarray and scipy raise on bytes that are no such file, or on one that was cut or damaged.
@@ -112,21 +113,16 @@ def _attributes(comparison: Comparison, mission_text: str) -> dict[str, Any]:
 
 
 def _profile(comparison: Comparison) -> Variables:
-    """The mission on the fine grid."""
-    profile, flight = comparison.profile, next(iter(comparison.results.values())).flight
-    nodes = profile.conditions(flight.segment, flight.time)
-    latitude, longitude = profile.positions(flight.segment, flight.time)
-    return {
+    """The mission on the fine grid; tasks and kinds are with the segments."""
+    flight = next(iter(comparison.results.values())).flight
+    path = flight_path_at(comparison.profile, flight.segment, flight.time)
+    variables: Variables = {
         "time": ("node", flight.time, _attrs("s", "time from the start of the mission")),
         "segment_index": ("node", flight.segment.astype("i4"), _attrs("1", "index of the segment")),
-        "speed": ("node", nodes.speed, _attrs("m/s", "true airspeed")),
-        "altitude": ("node", nodes.altitude, _attrs("m", "pressure altitude")),
-        "climb_angle": ("node", nodes.climb_angle, _attrs("rad", "flight-path angle")),
-        "load_factor": ("node", nodes.load_factor, _attrs("1", "load factor")),
-        "idle": ("node", nodes.idle.astype("i1"), _attrs("1", "1 on the ground at flat pitch")),
-        "latitude": ("node", latitude, _attrs("degrees_north", "latitude, WGS 84")),
-        "longitude": ("node", longitude, _attrs("degrees_east", "longitude, WGS 84")),
     }
+    for name in (*SERIES, *FLAGS):
+        variables[name] = ("node", path[name].to_numpy(), dict(path[name].attrs))
+    return variables
 
 
 def _schedules(comparison: Comparison) -> Variables:
@@ -235,6 +231,16 @@ def _segments(comparison: Comparison) -> Variables:
         "start": ("segment", np.array([segment.start for segment in segments]), _attrs("s", "time of the start")),
         "end": ("segment", np.array([segment.end for segment in segments]), _attrs("s", "time of the end")),
         "mass_change": ("segment", comparison.profile.mass_changes, _attrs("kg", "mass added at the start")),
+        "ground_distance": (
+            "segment",
+            ground_distances(comparison.profile),
+            _attrs("m", "distance flown over the ground in the segment"),
+        ),
+        "segment_fuel": (
+            ("schedule", "segment"),
+            np.array([result.flight.fuel_per_segment for result in comparison.results.values()]),
+            _attrs("kg", "fuel burned in the segment"),
+        ),
     }
 
 

@@ -14,7 +14,6 @@ from vrsopt.report.style import (
     NORMAL,
     SCHEDULE_STYLES,
     SMALL,
-    at_segments,
     draw_tasks,
     kind_handles,
     kinds_of,
@@ -59,16 +58,20 @@ def emission_figure(comparison: Comparison) -> Figure:
 
 
 def _range(axes: Axes, comparison: Comparison) -> None:
-    """Band of NOx over the fits of the combustor, segment by segment."""
+    """Band of NOx over the fits of the combustor."""
     name = foremost(comparison)
     result, colour = comparison.results[name], SCHEDULE_STYLES[name][0]
     flow = result.emissions.flow
     fits = GRAMS_PER_MINUTE * np.array([flow[fit] for fit in nox_fits(flow)])
-    segment = result.flight.segment
-    columns = (result.flight.time / MINUTE, fits.min(axis=0), fits.max(axis=0))
-    for number, piece in enumerate(zip(*(at_segments(segment, column) for column in columns), strict=True)):
-        text = f"all fits, {label(name)}" if number == 0 else None
-        axes.fill_between(*piece, color=colour, alpha=0.25, lw=0, label=text)
+    axes.fill_between(
+        result.flight.time / MINUTE,
+        fits.min(axis=0),
+        fits.max(axis=0),
+        color=colour,
+        alpha=0.25,
+        lw=0,
+        label=f"all fits, {label(name)}",
+    )
 
 
 def phase_figure(comparison: Comparison) -> Figure:

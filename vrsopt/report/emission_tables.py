@@ -25,7 +25,19 @@ EMISSION_HEADINGS = (
     "FOCA NOx g",
 )
 PHASE_HEADINGS = ("phase", "min", "fuel kg", "change %", "CO2 kg", "NOx g", "range g", "change %", "CO g")
-FOREMOST = ("trajectory", "pointwise_rate_limited", "pointwise", "nominal")  # the one that matters most first
+FOREMOST = (  # the one that matters most first
+    "trajectory",
+    "pointwise_rate_limited",
+    "pointwise",
+    "prescribed_rate_limited",
+    "prescribed",
+    "nominal",
+)
+LABELS = {
+    "pointwise_rate_limited": "pointwise, rate limited",
+    "prescribed": "prescribed climb and descent",
+    "prescribed_rate_limited": "prescribed, rate limited",
+}
 INDICATIVE = " *"  # after the name of a phase
 EMISSION_LEGEND = (
     "NOx as NO2; range: over the fits of the combustor, and of the changes with each fit; "
@@ -37,7 +49,7 @@ NOTHING = "-"
 
 def label(name: str) -> str:
     """A schedule's or variant's name for people."""
-    return {"pointwise_rate_limited": "pointwise, rate limited"}.get(name, name.replace("_", " "))
+    return LABELS.get(name, name.replace("_", " "))
 
 
 def emission_rows(comparison: Comparison) -> list[tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""The files of a result: ``summary.json``, ``result.nc``, ``report.html`` and the figures as PNG; those of one point.
+"""The files of a result: ``summary.json``, ``result.nc``, ``report.html``, the flight path, figures; those of a point.
 
 All of them are made in a hidden folder first and moved to their places at the end: whatever fails on the way leaves
 nothing half written, and files of other names are never touched.
@@ -9,13 +9,15 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrsopt.errors import InputError
 from vrsopt.report.dataset import netcdf, read_result, result_dataset
+from vrsopt.report.geojson import flight_path_geojson
 from vrsopt.report.json_value import json_value
+from vrsopt.report.kml import flight_path_kml
 from vrsopt.report.page import report_page
 from vrsopt.report.plots import figures, png
 from vrsopt.report.rotor_plots import point_figures
@@ -30,15 +32,18 @@ __all__ = ["read_result", "write_point", "write_results"]
 LONG = "mission_text"  # attribute that the page shows on its own
 
 
-def write_results(comparison: Comparison, folder: Path | str, *, mission_text: str) -> list[Path]:
+def write_results(
+    comparison: Comparison, folder: Path | str, *, mission_text: str, notes: Sequence[str] = ()
+) -> list[Path]:
     """Write all files of ``comparison`` into ``folder``, made if need be; returns their paths.
 
-    ``mission_text``: the input as the user gave it. The variants' figures and ``result.nc`` go into folders of
-    the variants' names. Files of a former result are replaced.
+    ``mission_text``: the input as the user gave it; ``notes``: sentences on where it comes from, for the report and
+    the summary. The variants' figures, ``result.nc`` and flight paths go into folders of the variants' names. Files of
+    a former result are replaced.
 
     Raises :class:`InputError` (one line) for a folder that can not be used.
     """
-    return _write(Path(folder), lambda: _contents(comparison, mission_text))
+    return _write(Path(folder), lambda: _contents(comparison, mission_text, notes))
 
 
 def write_point(point: OperatingPoint, folder: Path | str) -> list[Path]:
@@ -76,7 +81,7 @@ def _write(target: Path, make: Callable[[], dict[str, bytes]]) -> list[Path]:
     return [target / name for name in contents]
 
 
-def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
+def _contents(comparison: Comparison, mission_text: str, notes: Sequence[str]) -> dict[str, bytes]:
     """Every file by its name in the folder."""
     contents: dict[str, bytes] = {}
     pictures: dict[str, dict[str, bytes]] = {}
@@ -87,12 +92,18 @@ def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
         contents |= {f"{place}{name}.png": picture for name, picture in pictures[key].items()}
         dataset = result_dataset(case, mission_text=mission_text)
         contents[f"{place}result.nc"] = netcdf(dataset)
+        contents[f"{place}flight_path.geojson"] = _json(flight_path_geojson(case), indent=None)
+        contents[f"{place}flight_path.kml"] = flight_path_kml(case)
         attributes = attributes or {name: value for name, value in dataset.attrs.items() if name != LONG}
-    page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes)
-    summary = json.dumps(json_value(comparison.summary()), indent=2, allow_nan=False, ensure_ascii=False)
+    page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes, notes=notes)
     contents["report.html"] = page.encode()
-    contents["summary.json"] = f"{summary}\n".encode()
+    contents["summary.json"] = _json(comparison.summary() | ({"notes": list(notes)} if notes else {}), indent=2)
     return contents
+
+
+def _json(content: dict[str, Any], *, indent: int | None) -> bytes:
+    text = json.dumps(json_value(content), indent=indent, allow_nan=False, ensure_ascii=False)
+    return f"{text}\n".encode()
 
 
 def _check_places(target: Path, contents: dict[str, bytes]) -> None:

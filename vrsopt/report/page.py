@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vrsopt.report.emission_tables import (
@@ -16,13 +16,26 @@ from vrsopt.report.emission_tables import (
     label,
     phase_rows,
 )
-from vrsopt.report.tables import HEADINGS, LEGEND, footer, remarks, summary_rows, title
+from vrsopt.report.tables import (
+    HEADINGS,
+    LEGEND,
+    TASK_HEADINGS,
+    TASK_LEGEND,
+    footer,
+    remarks,
+    summary_rows,
+    task_rows,
+    title,
+)
 
 if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison
 
 CAPTIONS = {
-    "flight_path": "Flight path and altitude.",
+    "flight_path": "Flight path over the ground in the colours of the tasks; squares: where the aircraft stands; small "
+    "maps: patterns that are too small to be seen on the large one.",
+    "mission_profile": "The mission over time. Speed is true airspeed; the load factor is that of turns and of the "
+    "vertical plane together. Vertical flight, at 90 deg, leaves the scale of the climb angle.",
     "schedules": "Schedules over time. Grey: rotor speeds within 0.5 % of the least fuel flow at the nominal "
     "schedule's mass. Limits: 100 % is allowed; the blade loading keeps the manoeuvre margin.",
     "fuel": "Fuel burned with each schedule.",
@@ -55,16 +68,17 @@ def report_page(
     pictures: Mapping[str, Mapping[str, bytes]],
     mission_text: str,
     record: Mapping[str, object],
+    notes: Sequence[str] = (),
 ) -> str:
     """The page.
 
     ``pictures``: PNGs by name of the variant ("" for the comparison itself) and of the figure; ``record``: where the
-    result comes from, by name.
+    result comes from, by name; ``notes``: sentences on where the mission comes from, shown first.
     """
     name = html.escape(comparison.mission.name)
     cases = {"": comparison, **comparison.variants}
     parts = [_section(case, pictures[key]) for key, case in cases.items()]
-    notes = "".join(f"<li>{html.escape(line)}</li>" for line in footer(comparison))
+    told = "".join(f"<li>{html.escape(line)}</li>" for line in (*notes, *footer(comparison)))
     rows = "".join(
         f'<tr><th>{html.escape(key.replace("_", " "))}</th><td class="words">{html.escape(str(value))}</td></tr>'
         for key, value in record.items()
@@ -74,7 +88,7 @@ def report_page(
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{name}: rotor speed and twist</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         f"<h1>{name}: rotor speed and twist for least fuel</h1>\n{''.join(parts)}"
-        f"<h2>Notes</h2>\n<ul>{notes}</ul>\n"
+        f"<h2>Notes</h2>\n<ul>{told}</ul>\n"
         f'<h2>Where this comes from</h2>\n<div class="wide"><table>{rows}</table></div>\n'
         f"<h2>Mission</h2>\n<pre>{html.escape(mission_text)}</pre>\n</body>\n</html>\n"
     )
@@ -88,19 +102,23 @@ def _section(comparison: Comparison, pictures: Mapping[str, bytes]) -> str:
     return (
         f"<h2>{html.escape(title(comparison))}</h2>\n{_table(HEADINGS, fuel)}{_legend(LEGEND)}{notes}"
         f"<h3>Emissions</h3>\n{_table(EMISSION_HEADINGS, emission_rows(comparison))}{_legend(EMISSION_LEGEND)}"
-        f"{images}<h3>Phases</h3>\n{_phases(comparison)}"
+        f"{images}<h3>Tasks</h3>\n{_by_schedule(comparison, TASK_HEADINGS, task_rows)}{_legend(TASK_LEGEND)}"
+        f"<h3>Phases</h3>\n{_by_schedule(comparison, PHASE_HEADINGS, phase_rows)}{_legend(PHASE_LEGEND)}"
     )
 
 
-def _phases(comparison: Comparison) -> str:
+def _by_schedule(
+    comparison: Comparison,
+    headings: Sequence[str],
+    rows: Callable[[Comparison, str], Sequence[Sequence[str]]],
+) -> str:
     """One table per schedule, folded away but for those of the nominal schedule and the last."""
     names = list(comparison.results)
-    tables = "".join(
+    return "".join(
         f"<details{' open' if name in (names[0], names[-1]) else ''}><summary>{html.escape(label(name))}</summary>\n"
-        f"{_table(PHASE_HEADINGS, phase_rows(comparison, name))}</details>\n"
+        f"{_table(headings, rows(comparison, name))}</details>\n"
         for name in names
     )
-    return tables + _legend(PHASE_LEGEND)
 
 
 def _legend(text: str) -> str:

@@ -15,10 +15,11 @@ from vrsopt.report.style import (
     NORMAL,
     SCHEDULE_STYLES,
     SMALL,
-    at_segments,
+    at_gaps,
     draw_tasks,
     kind_handles,
     kinds_of,
+    line_scale,
     name_tasks,
     new_figure,
     tidy,
@@ -72,8 +73,8 @@ def _flight(speed: Axes, altitude: Axes, comparison: Comparison) -> None:
 def _rotor_speed(axes: Axes, comparison: Comparison) -> None:
     settings, band = comparison.settings, comparison.band
     percent = 100 / settings.nominal_rotor_speed
-    pieces = zip(*(at_segments(band.segment, values) for values in (band.time, band.lower, band.upper)), strict=True)
-    for number, (time, low, high) in enumerate(pieces):
+    columns = (at_gaps(band.segment, band.time, values) for values in (band.time, band.lower, band.upper))
+    for number, (time, low, high) in enumerate(zip(*columns, strict=True)):
         text = "within 0.5 % of least fuel" if number == 0 else None
         axes.fill_between(time / MINUTE, percent * low, percent * high, color=GREY, alpha=0.4, lw=0, label=text)
     schedule_lines(
@@ -105,9 +106,9 @@ def _limits(axes: Axes, comparison: Comparison) -> None:
     """Use of every limit by the schedule that matters most."""
     name = foremost(comparison)
     flight = comparison.results[name].flight
-    time = flight.time / MINUTE
+    time, scale = flight.time / MINUTE, line_scale(comparison.profile)
     for row, (colour, width), limit in zip(flight.limits, LIMIT_STYLES, flight.time_on_limits, strict=True):
-        axes.plot(time, _usage_percent(row), color=colour, linewidth=width, zorder=3 - width / 10, label=limit)
+        axes.plot(time, _usage_percent(row), color=colour, linewidth=scale * width, zorder=3 - width / 10, label=limit)
     axes.axhline(100.0, **BOUND, label="limit")
     axes.set_ylabel("use of limits, %")
     axes.set_ylim(bottom=0.0)
@@ -116,11 +117,14 @@ def _limits(axes: Axes, comparison: Comparison) -> None:
 
 def schedule_lines(axes: Axes, comparison: Comparison, values: dict[str, np.ndarray]) -> None:
     """One line per schedule over the fine grid."""
+    scale = line_scale(comparison.profile)
     for name, series in values.items():
         colour, style, width = SCHEDULE_STYLES[name]
         result = comparison.results[name]
         text = label(name) if result.success else f"{label(name)} ({verdict(result).partition(':')[0]})"
-        axes.plot(result.flight.time / MINUTE, series, color=colour, linestyle=style, linewidth=width, label=text)
+        axes.plot(
+            result.flight.time / MINUTE, series, color=colour, linestyle=style, linewidth=scale * width, label=text
+        )
 
 
 def _bounds(axes: Axes, bounds: list[float]) -> None:

@@ -26,47 +26,67 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE, GREY = (
     "#CC79A7",
     "#999999",
 )
+DARK = "#555555"
 KIND_COLOURS: Mapping[str, str] = {
     "idle": GREY,
+    "ground_idle": DARK,
     "hover": YELLOW,
+    "vertical_climb": VERMILION,
     "climb": ORANGE,
     "cruise": SKY,
     "descent": PURPLE,
     "loiter": GREEN,
     "search": BLUE,
 }
+DARK_KINDS = ("ground_idle", "search")  # whose names are white
 # colour, line style, line width: later ones are drawn over earlier ones
 SCHEDULE_STYLES: Mapping[str, tuple[str, str, float]] = {
-    "nominal": (BLACK, "--", 1.2),
+    "nominal": (BLACK, "-", 1.1),
     "pointwise": (SKY, "-", 2.6),
     "pointwise_rate_limited": (GREEN, "-", 1.4),
+    "prescribed": (PURPLE, "-", 1.4),
+    "prescribed_rate_limited": (BLUE, "-", 1.1),
     "trajectory": (VERMILION, "-", 1.1),
 }
 # colour and line width by limit; the torque is wide because at nominal rotor speed it equals the engine power
 LIMIT_STYLES = ((VERMILION, 1.1), (BLUE, 1.1), (SKY, 2.6), (ORANGE, 1.1), (PURPLE, 1.1))
 SMALL, NORMAL = 8, 9  # font sizes
 MINUTE = 60.0
+SAME_TIME = 1e-6  # s
+MANY_SEGMENTS, NARROW = 100, 0.55  # a mission with more segments is drawn over time with lines narrower by this factor
 
 
 @dataclass(frozen=True)
 class TaskSpan:
-    """A task as one piece of the time line [s]."""
+    """A task as one piece of the time line [s]: neighbouring segments, by their index."""
 
     task: str
     kind: str
     start: float
     end: float
+    segments: range
 
 
 def task_spans(profile: Profile) -> list[TaskSpan]:
     """The tasks in their order: neighbouring segments of one task are one span."""
     spans: list[TaskSpan] = []
-    for segment in profile.segments:
+    for index, segment in enumerate(profile.segments):
+        start, first = segment.start, index
         if spans and (spans[-1].task, spans[-1].kind) == (segment.task, segment.kind):
-            spans[-1] = TaskSpan(segment.task, segment.kind, spans[-1].start, segment.end)
-        else:
-            spans.append(TaskSpan(segment.task, segment.kind, segment.start, segment.end))
+            before = spans.pop()
+            start, first = before.start, before.segments.start
+        spans.append(TaskSpan(segment.task, segment.kind, start, segment.end, range(first, index + 1)))
     return spans
+
+
+def kind_name(kind: str) -> str:
+    """A kind of task for people."""
+    return kind.replace("_", " ")
+
+
+def line_scale(profile: Profile) -> float:
+    """Factor of the widths of lines over time: narrow where there are so many turns that they would run together."""
+    return NARROW if len(profile.segments) > MANY_SEGMENTS else 1.0
 
 
 def kinds_of(profile: Profile) -> list[str]:
@@ -116,7 +136,7 @@ def name_tasks(axes: Axes, profile: Profile) -> None:
     renderer = renderer_of(axes)
     for span in task_spans(profile):
         left, right = (axes.transData.transform((at / MINUTE, 0.0))[0] for at in (span.start, span.end))
-        for words in (span.task, _two_lines(span.task), span.kind):
+        for words in (span.task, two_lines(span.task), kind_name(span.kind)):
             text = axes.text(
                 0.5 * (span.start + span.end) / MINUTE,
                 0.5,
@@ -124,7 +144,7 @@ def name_tasks(axes: Axes, profile: Profile) -> None:
                 ha="center",
                 va="center",
                 fontsize=SMALL - 1,
-                color="white" if span.kind == "search" else "black",
+                color="white" if span.kind in DARK_KINDS else "black",
                 clip_on=True,
             )
             if text.get_window_extent(renderer).width < 0.96 * (right - left):
@@ -136,15 +156,15 @@ def kind_handles(kinds: Iterable[str]) -> list[Any]:
     """Legend entries for the kinds of task."""
     from matplotlib.patches import Patch
 
-    return [Patch(facecolor=KIND_COLOURS[kind], label=kind) for kind in kinds]
+    return [Patch(facecolor=KIND_COLOURS[kind], label=kind_name(kind)) for kind in kinds]
 
 
-def at_segments(segment: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
-    """``values`` cut where a new segment begins."""
-    return np.split(values, np.flatnonzero(np.diff(segment)) + 1)
+def at_gaps(segment: np.ndarray, time: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
+    """``values`` cut where a new segment begins later than the one before it ended."""
+    return np.split(values, np.flatnonzero((np.diff(segment) != 0) & (np.diff(time) > SAME_TIME)) + 1)
 
 
-def _two_lines(words: str) -> str:
+def two_lines(words: str) -> str:
     """The words on two lines, broken at the space nearest to the middle."""
     spaces = [place for place, letter in enumerate(words) if letter == " "]
     if not spaces:

@@ -26,6 +26,7 @@ from vrsopt.report.emission_tables import (
     phase_rows,
 )
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
+from vrsopt.schedule.task_summary import KindShare, kind_shares
 
 if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison, ScheduleResult
@@ -42,12 +43,21 @@ HEADINGS = (
     "on limit %",
     "verdict",
 )
-TEXTS = {"schedule": 12, "phase": 8, "verdict": 10}  # columns of text, and the width of their longest word
+TASK_HEADINGS = ("kind of task", "min", "share %", "km", "nominal kg", "fuel kg", "change %")
+TASK_LEGEND = "km: over the ground; change: fuel against the nominal schedule, both from the same take-off mass"
+TEXTS = {
+    "schedule": 12,
+    "phase": 8,
+    "kind of task": 14,
+    "verdict": 10,
+}  # columns of text, and the width of their longest word
 LEGEND = (
     "change: fuel against the nominal schedule from the same take-off mass, on the surrogate and on the physics; "
     "closed: with the take-off mass closed again, so that fuel saved need not be carried; "
     "rate: the largest of the rotor speed; on limit: share of the time on the limit that is active longest"
 )
+# schedules with the climb and descent of the study's table, and those whose climb and descent the model chose
+PRESCRIBED = {"prescribed": "pointwise", "prescribed_rate_limited": "pointwise_rate_limited"}
 SHOWN_SHARE = 0.05  # per cent of the time: a limit that is active for less is not listed
 
 
@@ -112,9 +122,30 @@ def remarks(comparison: Comparison) -> list[str]:
         text = row.message if row.verdict == "flyable" else row.verdict
         if text:
             lines.append(f"{row.cells[0]}: {text}")
+    lines += _prescribed_against_modelled(comparison)
     if not comparison.results["nominal"].success:
         lines.append("The nominal schedule itself is not flyable: the changes compare with it all the same.")
     return lines
+
+
+def task_rows(comparison: Comparison, name: str) -> list[tuple[str, ...]]:
+    """One row per kind of task with the fuel of the nominal schedule and of ``name``, and their sum."""
+    shares = kind_shares(comparison.profile, comparison.results)
+    compared = comparison.results[name].success and name != "nominal"
+
+    def row(words: str, those: list[KindShare]) -> tuple[str, ...]:
+        base, own = (sum(one.fuel[key] for one in those) for key in ("nominal", name))
+        return (
+            words,
+            number(sum(one.duration for one in those) / 60, ".1f"),
+            number(100 * sum(one.share for one in those), ".1f"),
+            number(sum(one.distance for one in those) / 1e3, ".1f"),
+            number(base, ".2f"),
+            number(own, ".2f"),
+            number(100 * (own / base - 1) if compared and base > 0.0 else math.nan, "+.2f"),
+        )
+
+    return [*(row(one.kind.replace("_", " "), [one]) for one in shares), row("mission", shares)]
 
 
 def footer(comparison: Comparison) -> list[str]:
@@ -143,8 +174,9 @@ def summary_table(comparison: Comparison) -> Group:
         shown = foremost(case)
         parts += [_table(title(case), HEADINGS, fuel), Text(""), *(Text(line) for line in remarks(case)), Text("")]
         parts += [_table("Emissions", EMISSION_HEADINGS, emission_rows(case)), Text("")]
+        parts += [_table(f"Tasks, {label(shown)}", TASK_HEADINGS, task_rows(case, shown)), Text("")]
         parts += [_table(f"Phases, {label(shown)}", PHASE_HEADINGS, phase_rows(case, shown)), Text("")]
-    legends = (LEGEND, EMISSION_LEGEND, PHASE_LEGEND)
+    legends = (LEGEND, EMISSION_LEGEND, TASK_LEGEND, PHASE_LEGEND)
     parts += [Text(line) for line in (*(f"{text[0].upper()}{text[1:]}." for text in legends), *footer(comparison))]
     return Group(*parts)
 
@@ -167,6 +199,26 @@ def _table(name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) ->
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     return table
+
+
+def _prescribed_against_modelled(comparison: Comparison) -> list[str]:
+    """How much more the climb and descent of the study's table burn than those that the model chose."""
+    lines = []
+    for name, modelled in PRESCRIBED.items():
+        if name not in comparison.results or modelled not in comparison.results:
+            continue
+        pair = comparison.results[name], comparison.results[modelled]
+        what = f"{label(name)[:1].upper()}{label(name)[1:]} against {label(modelled)}"
+        if not all(result.success for result in pair):
+            lines.append(f"{what}: not compared, one of them is not flyable")
+            continue
+        flown = zip(("surrogate", "physics"), *((one.flight.fuel, one.physics.fuel) for one in pair), strict=True)
+        texts = [
+            f"{number(own - base, '+.3f')} kg ({number(100 * (own / base - 1), '+.2f')} %) on the {where}"
+            for where, own, base in flown
+        ]
+        lines.append(f"{what}: fuel {', '.join(texts)}")
+    return lines
 
 
 def _largest_share(result: ScheduleResult) -> str:
