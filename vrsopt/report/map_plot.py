@@ -54,7 +54,7 @@ class Ground:
     @property
     def extent(self) -> np.ndarray:
         """Everything that has to be on the map (N, 2)."""
-        return np.concatenate([*(way for _, way in self.tasks), list(self.places.values())])
+        return np.concatenate([*(way for _, way in self.tasks), np.reshape(list(self.places.values()), (-1, 2))])
 
 
 def flight_path_figure(comparison: Comparison) -> Figure:
@@ -139,7 +139,8 @@ def _draw(axes: Axes, ground: Ground, shown: np.ndarray, *, without_arrows: Sequ
         else:
             mark = REST_SIZES.get(span.kind, REST_SIZES["hover"])
             axes.plot(*way[0], "s", color=colour, markersize=mark, zorder=4 - mark / 20)
-    axes.plot(*zip(*ground.places.values(), strict=True), "o", color="black", markersize=4, zorder=4)
+    for place in ground.places.values():
+        axes.plot(*place, "o", color="black", markersize=4, zorder=4)
     axes.set_xlabel("east, km", fontsize=NORMAL)
     axes.set_ylabel("north, km", fontsize=NORMAL)
     tidy(axes)

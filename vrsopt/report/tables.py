@@ -44,7 +44,7 @@ HEADINGS = (
     "verdict",
 )
 TASK_HEADINGS = ("kind of task", "min", "share %", "km", "nominal kg", "fuel kg", "change %")
-TASK_LEGEND = "km: over the ground; change: fuel against the nominal schedule, both from the same take-off mass"
+TASK_LEGEND = "change: fuel against the nominal schedule, both from the same take-off mass; km: over the ground"
 TEXTS = {
     "schedule": 12,
     "phase": 8,
