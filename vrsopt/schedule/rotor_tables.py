@@ -67,13 +67,16 @@ class RotorTables:
         Raises :class:`InputError` for speeds and altitudes that are not sampled.
         """
         weights, edgewise = self.weights(flight)
-        power = self._sum(weights, flight, edgewise, POWER_DEGREES)
-        change = {name: weight - (name in LEVEL) for name, weight in weights.items()}
-        tail = self._sum({TAIL: np.ones_like(edgewise)}, flight, edgewise, TAIL_DEGREES)
-        return power * POWER_KEPT, tail + self._tail_loading(self._sum(change, flight, edgewise, TAIL_DEGREES), flight)
+        whole = np.ones_like(edgewise)
+        level = self._sum(dict.fromkeys(LEVEL, whole), flight, edgewise, POWER_DEGREES)
+        tail = self._sum({TAIL: whole}, flight, edgewise, TAIL_DEGREES)
+        more = weights.pop("level") - whole
+        change = more[:, None, None, None] * level + self._sum(weights, flight, edgewise, POWER_DEGREES)
+        return (level + change) * POWER_KEPT, tail + self._tail_loading(change, flight)
 
     def weights(self, flight: Flight) -> tuple[dict[str, Array], Array]:
-        """Weight (n,) of each sampled power in that of the flight, and the airspeed [m/s] at which it is looked up."""
+        """Weight (n,) of each sampled power in that of the flight, "level" for that of level flight, and the airspeed
+        [m/s] at which they are looked up."""
         horizontal = flight.speed * np.cos(flight.climb_angle)
         rate = flight.speed * np.sin(flight.climb_angle)
         largest = np.arcsin(np.minimum(STEEPEST, FURTHEST * reference_climb_sine(flight.speed)))
@@ -81,10 +84,8 @@ class RotorTables:
         steep = gentle != flight.climb_angle
         speed = np.where(steep, horizontal / np.cos(gentle), flight.speed)
         slope = np.sin(gentle) / reference_climb_sine(speed)
-        level = 1 - slope**2
-        weights = dict.fromkeys(LEVEL, level) | dict(
-            zip(CLIMB, ((slope**2 + slope) / 2, (slope**2 - slope) / 2), strict=True)
-        )
+        weights = {"level": 1 - slope**2}
+        weights |= dict(zip(CLIMB, ((slope**2 + slope) / 2, (slope**2 - slope) / 2), strict=True))
         at_rest = self.hover_velocity(flight.day.density)
         through = axial_flow(horizontal, rate, at_rest) - axial_flow(horizontal, speed * np.sin(gentle), at_rest)
         sampled = axial_flow(0.0 * at_rest, VERTICAL_SPEED, at_rest) - at_rest
@@ -126,12 +127,14 @@ class RotorTables:
     def _tail_loading(self, change: Array, flight: Flight) -> Array:
         """Coefficients of the change of the tail rotor's loading with that of the power: it holds the torque."""
         tail = self.aircraft.tail_rotor
-        grid = chebyshev.grid(self.lower, self.upper, TAIL_DEGREES)
-        Omega = grid[..., FREE.index("rotor_speed")]
-        power = chebyshev.evaluate(change, grid.reshape(-1, 3), lower=self.lower, upper=self.upper, extrapolate=True)
+        power = change
+        for k, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
+            at = chebyshev.basis(chebyshev.nodes(low, high, TAIL_DEGREES[k]), low, high, POWER_DEGREES[k])
+            power = np.moveaxis(np.tensordot(power, at, axes=(k + 1, 1)), -1, k + 1)
+        Omega = chebyshev.grid(self.lower, self.upper, TAIL_DEGREES)[..., FREE.index("rotor_speed")]
         forward = flight.speed**2 / (flight.speed**2 + FORWARD_FLIGHT**2)
         share = (MAIN_SHARE + MORE_IN_FLIGHT * forward)[:, None, None, None]
-        torque = share * power.reshape(-1, *Omega.shape) / Omega
+        torque = share * power / Omega
         pressure = flight.day.density[:, None, None, None] * (Omega * tail.speed_ratio * tail.radius) ** 2
         thrust = torque / (tail.behind_cg * tail.fin_blockage)
         return chebyshev.coefficients(thrust / (pressure * tail.blade_area), 3)
