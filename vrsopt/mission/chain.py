@@ -33,9 +33,12 @@ class Chain:
         return self._starts[-1]
 
     def piece_at(self, distance: float) -> tuple[Path, float, float]:
-        """The piece that continues at ``distance`` [m], and where it starts and ends; the last one goes on for ever."""
+        """The piece that continues at ``distance`` [m], and where it starts and ends.
+
+        The last one goes on for ever; what is asked about before the start of the way concerns the first.
+        """
         self._reach(distance + SHORTEST)
-        index = min(bisect_right(self._starts, distance + 0.5 * SHORTEST), len(self._pieces)) - 1
+        index = max(0, min(bisect_right(self._starts, distance + 0.5 * SHORTEST), len(self._pieces)) - 1)
         self._reach(self._starts[index + 1] + SHORTEST)
         last = index == len(self._pieces) - 1
         return self._pieces[index], self._starts[index], float("inf") if last else self._starts[index + 1]

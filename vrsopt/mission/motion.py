@@ -53,4 +53,3 @@ class PathMotion:
         poses = [self.path.pose(distance) for distance in self.distance(time)]
         latitude, longitude, course = np.array([(*pose.point, pose.heading_deg) for pose in poses]).reshape(-1, 3).T
         return latitude, longitude, course
-

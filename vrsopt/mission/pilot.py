@@ -22,7 +22,7 @@ from vrsopt.mission.motion import PathMotion
 from vrsopt.mission.route import Leg, Path, Pose, Spiral, Stay
 from vrsopt.mission.route import Way as Pieces
 from vrsopt.mission.segment import ON_THE_GROUND, Kind, Segment
-from vrsopt.mission.speed_law import PEAK, SpeedLaw, change, change_duration, ground_speed, hold
+from vrsopt.mission.speed_law import PEAK, SpeedLaw, change, change_duration, course_along, ground_speed, hold
 from vrsopt.mission.tasks import MassEvent
 from vrsopt.mission.turns import end_of, turn
 
@@ -66,8 +66,8 @@ class Pilot:
 
     def refuse(self, field: str, value: Any, allowed: str, *, task: int | None = None) -> NoReturn:
         """Raises :class:`InputError` about a field of a task, by default the one being flown."""
-        shown = "missing" if value is None else f"{value!r}"
-        raise InputError(f"tasks[{self.numbers[self.index if task is None else task]}].{field} = {shown}: {allowed}")
+        shown = ": missing," if value is None else f" = {value!r}:"
+        raise InputError(f"tasks[{self.numbers[self.index if task is None else task]}].{field}{shown} {allowed}")
 
     @property
     def next_task(self) -> Any:
@@ -86,7 +86,8 @@ class Pilot:
         events = sum(
             task.mass_change_kg for task in self.mission.tasks[before + 1 : number] if isinstance(task, MassEvent)
         )
-        self.label, self.kind, self.mass_change = label, kind, mass_change + events
+        self.label, self.kind = label, kind
+        self.mass_change += mass_change + events  # a task so brief that it has no segments leaves its own to the next
 
     def here(self, kind: str) -> Place:
         """The place where the aircraft is, which it has to be at."""
@@ -146,10 +147,9 @@ class Pilot:
             self.follow([*level, *direct_to(end_of(level, self.pose), target, **size)], goal=place)
 
     def straight_on(self, course_deg: float | None, speed: float) -> None:
-        """Take up a straight way that leads nowhere, after a turn to the course if there is one."""
+        """Take up a straight way that leads nowhere, after a turn to the course, which from rest has to be given."""
         if self.chain is None:
-            if course_deg is None:
-                self.refuse("course_deg", None, "needed where a cruise by time or distance begins at rest")
+            assert course_deg is not None
             self.follow([Leg(self.point, course_deg, STRAIGHT_ON)])
             return
         size = self.turn_size(speed)
@@ -204,7 +204,7 @@ class Pilot:
         assert self.chain is not None
         if airspeed == 0.0 or self.wind.calm:
             return airspeed
-        return ground_speed(airspeed, self.chain.pose(at).heading_deg, altitude, self.wind)
+        return float(ground_speed(airspeed, self.chain.pose(at).heading_deg, altitude, self.wind))
 
     def change_time(self, airspeed: float, climb_rate: float) -> float:
         """Time [s] of a change to horizontal airspeed and climb rate [m/s], as fast as [handling] allows."""
@@ -239,23 +239,34 @@ class Pilot:
         """Hold horizontal airspeed and climb rate [m/s] up to a distance [m] along the way or for a time [s]."""
         assert self.chain is not None
         end = self.time + duration
-        while self.distance < until and end - self.time > BRIEFEST:
+        while until - self.distance > CLOSED and end - self.time > BRIEFEST:
             piece, start, corner = self.chain.piece_at(self.distance)
             goal = min(until, corner)
-            law, arrived = self._hold_to(goal, (airspeed, climb_rate), longest=end - self.time)
+            longest = min(end - self.time, self._time_to_wind_level(climb_rate))
+            farthest = min(goal, self.distance + (airspeed + self.wind.strongest) * longest)
+            course = None if self.wind.calm else course_along(piece, start, self.distance, farthest)
+            law, arrived = self._hold_to(goal, (airspeed, climb_rate), course, longest=longest)
             self._add(piece, SpeedLaw(law.duration, law.distance - start, law.altitude))
             self.ground_speed = float(law.distance.deriv()(law.duration))
             self.distance = goal if arrived else float(law.distance(law.duration))
             self.altitude = float(law.altitude(law.duration))
         self.climb_rate = climb_rate
 
-    def _hold_to(self, goal: float, speeds: tuple[float, float], *, longest: float) -> tuple[SpeedLaw, bool]:
+    def _time_to_wind_level(self, climb_rate: float) -> float:
+        """Time [s] at ``climb_rate`` [m/s] to the next altitude at which the wind has a corner."""
+        if self.wind.calm or climb_rate == 0.0:
+            return inf
+        times = ((level - self.altitude) / climb_rate for level in self.wind.altitude)
+        return min((time for time in times if time > BRIEFEST), default=inf)
+
+    def _hold_to(
+        self, goal: float, speeds: tuple[float, float], course: Chebyshev | None, *, longest: float
+    ) -> tuple[SpeedLaw, bool]:
         """The law up to the distance ``goal`` [m], or for at most ``longest`` [s], and whether it gets there."""
-        assert self.chain is not None
         begin = (self.distance, self.altitude)
         took = (goal - self.distance) / self.over_ground(speeds[0], at=self.distance, altitude=self.altitude)
         for _ in range(SWEEPS):
-            law = hold(self.chain, begin, speeds, min(took, longest), self.wind)
+            law = hold(course, begin, speeds, min(took, longest), self.wind)
             missing = goal - float(law.distance(law.duration))
             if took >= longest and missing > CLOSED:
                 return law, False

@@ -7,21 +7,23 @@ vertical speed to another as the smoothstep 3 s^2 - 2 s^3 of time, whose largest
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from vrsopt.errors import InputError
-from vrsopt.mission.chain import Chain
-from vrsopt.mission.wind import Wind
+from vrsopt.mission.route import Path
+from vrsopt.mission.wind import Array, Wind
 
 PEAK = 1.5  # largest slope of the smoothstep over its mean
-SMOOTHSTEP_INTEGRAL = Polynomial([0.0, 0.0, 0.0, 1.0, -0.5])  # of 3 s^2 - 2 s^3 from 0
-WIND_DEGREE = 12  # of the distance over time in wind
+SMOOTHSTEP = Polynomial([0.0, 0.0, 3.0, -2.0])
+WIND_DEGREES = (12, 24, 48, 96)  # of the speed over time in wind, as far as it takes
+RESOLVED = 1e-12  # relative, last coefficients of a speed that is written out fully
+COURSE_DEGREE = 24  # a whole circle to 1e-13 degrees
 WIND_SWEEPS = 60
-CLOSED = 1e-11  # relative, where a fixed point of the distance is taken as found
+CLOSED = 1e-13  # relative, where a fixed point of the speed is taken as found
 SLOWEST = 1.0  # m/s over the ground, below it a track cannot be held against the wind
 
 
@@ -56,8 +58,7 @@ def change(
     """
     series = []
     for start, (first, last) in zip(begin, rates, strict=True):
-        polynomial = Polynomial([start, first * duration]) + (last - first) * duration * SMOOTHSTEP_INTEGRAL
-        series.append(_chebyshev(polynomial, duration))
+        series.append(_travelled(first + (last - first) * SMOOTHSTEP, duration, start))
     return SpeedLaw(duration, *series)
 
 
@@ -66,53 +67,80 @@ def change_duration(differences: tuple[float, float], largest: tuple[float, floa
     return PEAK * max(abs(difference) / most for difference, most in zip(differences, largest, strict=True))
 
 
-def ground_speed(airspeed: float, course_deg: float, altitude: float, wind: Wind) -> float:
-    """Speed over the ground [m/s] on a course [deg] at horizontal airspeed [m/s]: the triangle of velocities.
+def ground_speed(airspeed: float, course_deg: ArrayLike, altitude: ArrayLike, wind: Wind) -> Array:
+    """Speeds over the ground [m/s] on courses [deg] at horizontal airspeed [m/s]: the triangle of velocities.
 
-    Raises :class:`InputError` if the wind is too strong to hold the course.
+    Raises :class:`InputError` if the wind is too strong to hold a course.
     """
-    along, across = (float(part) for part in wind.along_and_across(course_deg, altitude))
+    along, across = wind.along_and_across(course_deg, altitude)
     square = airspeed**2 - across**2
-    speed = along + sqrt(square) if square > 0.0 else 0.0
-    if speed < SLOWEST:
+    speed = np.where(square > 0.0, along + np.sqrt(np.maximum(square, 0.0)), 0.0)
+    if np.any(speed < SLOWEST):
+        worst = np.argmin(speed)
+        head, side = (round(float(part.flat[worst]), 1) + 0.0 for part in (-along, np.abs(across)))
+        course, height = (np.broadcast_to(part, speed.shape).flat[worst] for part in (course_deg, altitude))
         raise InputError(
-            f"wind = {-along:.1f} m/s against and {abs(across):.1f} m/s across a course of {course_deg % 360:.0f} deg "
-            f"at {altitude:.0f} m: allowed at {airspeed:g} m/s: what leaves at least {SLOWEST:g} m/s over the ground"
+            f"wind = {head} m/s against and {side} m/s across a course of {course % 360:.0f} deg "
+            f"at {height:.0f} m: allowed at {airspeed:g} m/s: what leaves at least {SLOWEST:g} m/s over the ground"
         )
     return speed
 
 
-def hold(way: Chain, begin: tuple[float, float], speeds: tuple[float, float], duration: float, wind: Wind) -> SpeedLaw:
+def course_along(piece: Path, start: float, begin: float, end: float) -> Chebyshev:
+    """Course [deg] on a piece of a way as a series in the distance [m] along the way; it does not jump at north.
+
+    The piece starts at ``start``, the series goes from ``begin`` to ``end``. Courses are next to linear in distance, on
+    spirals of fourth degree.
+    """
+
+    def course(distance: Array) -> Array:
+        return np.unwrap([piece.pose(d - start).heading_deg for d in distance], period=360.0)
+
+    return Chebyshev.interpolate(course, COURSE_DEGREE, domain=[begin, end])
+
+
+def hold(
+    course: Chebyshev | None, begin: tuple[float, float], speeds: tuple[float, float], duration: float, wind: Wind
+) -> SpeedLaw:
     """Constant horizontal airspeed and climb rate ``speeds`` [m/s] for ``duration`` [s] from distance and altitude.
 
-    In wind the distance is found by fixed-point sweeps over a Chebyshev series; the way should have no corner of its
-    curvature in between.
+    In wind it is found by fixed-point sweeps over a Chebyshev series. ``course`` is that of
+    :func:`course_along`, taken as constant beyond its ends; None in still air, where it does not matter.
     """
     distance, altitude = begin
     airspeed, climb_rate = speeds
-    rise = _chebyshev(Polynomial([altitude, climb_rate * duration]), duration)
-    if wind.calm:
-        return SpeedLaw(duration, _chebyshev(Polynomial([distance, airspeed * duration]), duration), rise)
-    nodes = 0.5 * duration * (1.0 + np.cos(np.pi * np.arange(WIND_DEGREE + 1) / WIND_DEGREE))
-    where = distance + airspeed * nodes
-    for _ in range(WIND_SWEEPS):
-        rates = [
-            ground_speed(airspeed, way.pose(d).heading_deg, float(rise(t)), wind)
-            for d, t in zip(where, nodes, strict=True)
-        ]
-        speed = Chebyshev.fit(nodes, rates, WIND_DEGREE, domain=[0.0, duration])
-        series = speed.integ(lbnd=0.0, k=distance)
-        previous, where = where, series(nodes)
-        if np.max(np.abs(where - previous)) <= CLOSED * max(1.0, airspeed * duration):
+    rise = _travelled(Polynomial([climb_rate]), duration, altitude)
+    speed = Chebyshev([airspeed], domain=[0.0, duration])
+    track = speed.integ(lbnd=0.0, k=distance)
+    if course is None:
+        return SpeedLaw(duration, track, rise)
+
+    def speed_at(time: Array) -> Array:
+        return ground_speed(airspeed, course(np.clip(track(time), *course.domain)), rise(time), wind)
+
+    for degree in WIND_DEGREES:
+        for _ in range(WIND_SWEEPS):
+            before, speed = speed, Chebyshev.interpolate(speed_at, degree, domain=[0.0, duration])
+            track = speed.integ(lbnd=0.0, k=distance)
+            if np.max(np.abs((speed - before).coef)) <= CLOSED * airspeed:
+                break
+        if np.max(np.abs(speed.coef[-3:])) <= RESOLVED * airspeed:
             break
-    return SpeedLaw(duration, series, rise)
+    return SpeedLaw(duration, track, rise)
 
 
-def _chebyshev(polynomial: Polynomial, duration: float) -> Chebyshev:
-    """A polynomial in the fraction of ``duration`` as a series in time."""
-    degree = polynomial.degree()
-    return Chebyshev.interpolate(lambda t: polynomial(t / duration), degree, domain=[0.0, duration])
+def _travelled(speed: Polynomial, duration: float, start: float) -> Chebyshev:
+    """What a speed, a polynomial in the part of ``duration`` [s] that is over, adds to ``start``: a series in time.
+
+    Speeds are what is written as series, and then integrated: of a short piece far along the way the differences of
+    distances would lose them in rounding.
+    """
+    rate = Chebyshev.interpolate(lambda t: speed(t / duration), speed.degree(), domain=[0.0, duration])
+    return rate.integ(lbnd=0.0, k=start)
 
 
 def _part(series: Chebyshev, begin: float, end: float) -> Chebyshev:
-    return Chebyshev.interpolate(lambda t: series(t + begin), series.degree(), domain=[0.0, end - begin])
+    """The series from ``begin`` to ``end`` [s]."""
+    speed, degree = series.deriv(), max(0, series.degree() - 1)
+    rate = Chebyshev.interpolate(lambda t: speed(t + begin), degree, domain=[0.0, end - begin])
+    return rate.integ(lbnd=0.0, k=float(series(begin)))
