@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 
@@ -20,6 +21,31 @@ def within(low: float, high: float) -> Callable[[Any], float]:
     return check
 
 
+def number_or_list(low: float, high: float) -> Callable[[Any], float | tuple[float, ...]]:
+    """A check for one number from ``low`` to ``high``, or a list of them."""
+    check = within(low, high)
+
+    def check_all(value: Any) -> float | tuple[float, ...]:
+        try:
+            return tuple(check(item) for item in value) if isinstance(value, list | tuple) else check(value)
+        except ValueError as error:
+            raise ValueError(f"{error}, or a list of them") from None
+
+    return check_all
+
+
+def printable(text: str) -> str:
+    """A check for names, which messages and tables show in one line."""
+    if not text.isprintable():
+        raise ValueError("allowed: a text in one line, of characters that can be shown")
+    return text
+
+
+def tenths_up(value: float) -> str:
+    """A lower limit as a message states it, in tenths and never below the limit itself."""
+    return f"{ceil(10.0 * value - 1e-9) / 10.0:.1f}"
+
+
 def complaint(field: str, value: Any, allowed: str) -> PydanticCustomError:
     """An error about ``field`` of a table as a whole (it depends on other fields), for its validator to raise."""
     return PydanticCustomError("complaint", "{allowed}", {"field": field, "value": value, "allowed": allowed})
@@ -29,7 +55,7 @@ MAX_ALTITUDE = 2000.0  # m, upper end of the study's altitudes
 
 Altitude = Annotated[float, BeforeValidator(within(0.0, MAX_ALTITUDE))]
 Bearing = Annotated[float, BeforeValidator(within(0.0, 360.0))]
-Name = Annotated[str, Field(min_length=1)]
+Name = Annotated[str, Field(min_length=1), AfterValidator(printable)]
 
 
 class Table(BaseModel):

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from vrsopt.errors import InputError
-from vrsopt.mission.field import Altitude, Bearing, Name, Table, complaint, within
+from vrsopt.mission.field import Altitude, Name, Table, complaint, number_or_list, within
 from vrsopt.mission.file_errors import Location, first_line
 from vrsopt.mission.profile import Profile
 from vrsopt.mission.rest_tasks import GroundIdle, Hover, Idle
@@ -21,6 +21,7 @@ from vrsopt.mission.task_types import TASK_TYPES, AnyTask
 from vrsopt.mission.wind import Wind
 from vrsopt.quantity import read_toml
 
+T = TypeVar("T", bound=Table)
 Mass = Annotated[float, BeforeValidator(within(0.0, 2500.0))]
 RotorSpeedPercent = Annotated[float, BeforeValidator(within(75.0, 115.0))]
 TwistDeg = Annotated[float, BeforeValidator(within(6.0, 16.0))]
@@ -89,14 +90,11 @@ class Handling(Table):
     roll_in_s: Annotated[float, BeforeValidator(within(0.5, 10.0))] = 3.0
 
 
-Speeds = Annotated[float, BeforeValidator(within(0.0, 25.0))]
-
-
 class WindTable(Table):
     """Steady wind: where it blows from (true) and how strong, the same everywhere or at the altitudes given."""
 
-    from_deg: Bearing | tuple[Bearing, ...]
-    speed_m_s: Speeds | tuple[Speeds, ...]
+    from_deg: Annotated[float | tuple[float, ...], BeforeValidator(number_or_list(0.0, 360.0))]
+    speed_m_s: Annotated[float | tuple[float, ...], BeforeValidator(number_or_list(0.0, 25.0))]
     altitude_m: tuple[Altitude, ...] | None = None
 
     @model_validator(mode="after")
@@ -109,7 +107,7 @@ class WindTable(Table):
             if altitudes is None and isinstance(value, tuple):
                 raise complaint(field, list(value), "allowed: one number, unless altitude_m is given")
             if altitudes is not None and not (isinstance(value, tuple) and len(value) == len(altitudes)):
-                allowed = f"allowed: a list of {len(altitudes)} numbers, one for each of altitude_m"
+                allowed = f"allowed: a list with one number for each of altitude_m, {len(altitudes)}"
                 raise complaint(field, list(value) if isinstance(value, tuple) else value, allowed)
         return self
 
@@ -119,19 +117,25 @@ class WindTable(Table):
         return Wind.from_directions(self.altitude_m or (0.0,), self.from_deg, self.speed_m_s)
 
 
-class Mission(Table):
+class Weather(Table):
+    """The day: temperature above the standard atmosphere, and wind."""
+
+    isa_offset_k: Annotated[float, BeforeValidator(within(-40.0, 40.0))] = 0.0
+    wind: WindTable = WindTable(from_deg=0.0, speed_m_s=0.0)
+
+
+class Mission(Weather):
     """A mission as its file states it."""
 
     name: Name
     aircraft: Name
     start: Name
-    isa_offset_k: Annotated[float, BeforeValidator(within(-40.0, 40.0))] = 0.0
     places: Annotated[dict[Name, Place], Field(min_length=1)]
     loading: Loading
     limits: Limits = Limits()
     handling: Handling = Handling()
-    wind: WindTable = WindTable(from_deg=0.0, speed_m_s=0.0)
     tasks: Annotated[tuple[AnyTask, ...], Field(min_length=1)]
+    notes: ClassVar[tuple[str, ...]] = ()  # what was changed to make it flyable: nothing, a file says what it means
 
     @model_validator(mode="after")
     def _places_known(self) -> Mission:
@@ -181,8 +185,13 @@ def read_mission(path: str | Path) -> Mission:
 
 def mission_from(data: dict[str, Any], *, where: str) -> Mission:
     """``data`` (as read from TOML) as a mission; raises :class:`InputError` that begins with ``where``."""
+    return validated(Mission, data, where=where)
+
+
+def validated(model: type[T], data: dict[str, Any], *, where: str) -> T:
+    """``data`` as one of the tables of a mission file; raises :class:`InputError` that begins with ``where``."""
     try:
-        return Mission.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
         raise InputError(f"{where}: {first_line(error, _model_at)}") from None
 

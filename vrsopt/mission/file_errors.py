@@ -28,9 +28,8 @@ def first_line(error: ValidationError, model_at: Callable[[Location], type[Table
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return f"{_field(where)}{_untyped(item['input'])}"
     if kind == "complaint":
-        return (
-            f"{'.'.join(filter(None, (_field(where), context['field'])))} = {_shown(context['value'])}: {item['msg']}"
-        )
+        field, value = ".".join(filter(None, (_field(where), context["field"]))), context["value"]
+        return f"{field}: missing, {item['msg']}" if value is None else f"{field} = {_shown(value)}: {item['msg']}"
     return f"{_field(where)} = {_shown(item['input'])}: {_allowed(kind, item['msg'])}"
 
 

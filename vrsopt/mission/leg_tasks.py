@@ -6,13 +6,14 @@ A cruise and the climbs and changes of speed before it, and the descents after a
 from __future__ import annotations
 
 from copy import copy
-from math import radians
+from math import ceil, radians
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from vrsopt.mission.field import Altitude, Bearing, Name, complaint, within
+from vrsopt.mission.field import Altitude, Bearing, Name, complaint, tenths_up, within
 from vrsopt.mission.rest_tasks import Hover
+from vrsopt.mission.route import SHORTEST
 from vrsopt.mission.speed_law import PEAK
 from vrsopt.mission.tasks import Duration, Speed, Task
 
@@ -38,8 +39,6 @@ class _Steep(Task):
             allowed = f"allowed for a {self.kind}: {side} {pilot.altitude:g}, where it begins"
             pilot.refuse("altitude_m", altitude, allowed)
         pilot.steep(altitude, self.speed_m_s, radians(climb_angle_deg), then=_speed_after(pilot, self.speed_m_s))
-        if pilot.goal is not None and pilot.place is None:
-            pilot.check_above("to", pilot.goal, task=_cruise_index(pilot))
 
 
 class Climb(_Steep):
@@ -74,8 +73,11 @@ class Descent(_Steep):
                 pilot.refuse("altitude_m", None, "needed unless a hover at the place of the cruise follows")
             altitude = pilot.mission.places[pilot.goal].elevation_m + pilot.next_task.height_m
         self._fly_to(pilot, altitude, self.climb_angle_deg)
-        if not isinstance(pilot.next_task, Descent):
-            _end_leg(pilot)
+        cruise = _cruise_index(pilot)
+        if cruise < pilot.index and pilot.goal is not None:
+            pilot.check_above("to", pilot.goal, task=cruise)
+            if not isinstance(pilot.next_task, Descent):
+                _end_leg(pilot)
 
 
 class Cruise(Task):
@@ -112,9 +114,16 @@ class Cruise(Task):
         began, start = pilot.time, pilot.distance
         if self.to is None:
             pilot.change_to(self.speed_m_s)
+            took, flown = pilot.time - began, pilot.distance - start
             if self.duration_s is not None:
+                if took > self.duration_s:
+                    allowed = f"allowed: at least {tenths_up(took)}, the time of the change of speed"
+                    pilot.refuse("duration_s", self.duration_s, allowed)
                 pilot.hold(self.speed_m_s, duration=began + self.duration_s - pilot.time)
             elif self.distance_m is not None:
+                if flown > self.distance_m:
+                    allowed = f"allowed: at least {tenths_up(flown)}, the way flown while the speed changes"
+                    pilot.refuse("distance_m", self.distance_m, allowed)
                 pilot.hold(self.speed_m_s, until=start + self.distance_m)
             return
         pilot.check_above("to", self.to)
@@ -123,9 +132,9 @@ class Cruise(Task):
         pilot.change_to(self.speed_m_s)
         end = length - _distance_after(pilot, self.speed_m_s, length=length)
         if end < pilot.distance - CLOSED:
-            least, there = pilot.distance + length - end - start, length - start
-            allowed = f"allowed: a place at least {least:.0f} m away, as far as the changes of height and speed go"
-            pilot.refuse("to", self.to, f"{allowed}; it is {there:.0f} m away")
+            least = ceil(pilot.distance + length - end)  # from where the way begins, climbs before the cruise included
+            allowed = f"allowed: a place at least {least} m away, as far as the changes of height and speed go"
+            pilot.refuse("to", self.to, f"{allowed}; it is {length:.0f} m away")
         pilot.hold(self.speed_m_s, until=end)
         if not isinstance(pilot.next_task, Descent):
             if pilot.next_task is not None and pilot.next_task.at_rest:
@@ -138,8 +147,6 @@ class SpeedChange(Task):
 
     Between tasks of different speeds the speed changes by itself, with the acceleration of [handling].
     """
-
-    level_speed: ClassVar[bool] = True
 
     kind: Literal["speed_change"]
     speed_m_s: Speed
@@ -159,10 +166,16 @@ def _take_up(pilot: Pilot) -> Cruise:
     assert isinstance(cruise, Cruise)
     if pilot.leg != index:
         pilot.check_airborne(pilot.tasks[pilot.index].kind)
+        fastest = max(task.speed_m_s for task in pilot.tasks[pilot.index : index + 1])
         if cruise.to is not None:
-            pilot.toward(cruise.to, cruise.speed_m_s)
+            pilot.toward(cruise.to, fastest)
+            if pilot.chain is None or pilot.chain.length < SHORTEST:
+                pilot.refuse("to", cruise.to, "allowed: a place where the aircraft is not already", task=index)
         else:
-            pilot.straight_on(cruise.course_deg, cruise.speed_m_s)
+            if pilot.chain is None and cruise.course_deg is None:
+                allowed = "needed where a cruise by time or distance begins at rest"
+                pilot.refuse("course_deg", None, allowed, task=index)
+            pilot.straight_on(cruise.course_deg, fastest)
         pilot.leg = index
     return cruise
 

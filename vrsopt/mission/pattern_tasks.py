@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import chain
-from math import atan, degrees, radians, tan
+from math import hypot, radians, tan
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, model_validator
@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, model_validator
 from vrsopt.atmosphere import GRAVITY
 from vrsopt.errors import InputError
 from vrsopt.mission import pattern as patterns
-from vrsopt.mission.field import Bearing, Name, complaint, within
+from vrsopt.mission.field import Bearing, Name, complaint, tenths_up, within
 from vrsopt.mission.join import join
 from vrsopt.mission.pattern import CORNERS, Pattern
 from vrsopt.mission.route import Leg, Point, Pose, length_of
@@ -48,11 +48,8 @@ class PatternTask(Task):
 
     @model_validator(mode="after")
     def _turns_can_be_flown(self) -> PatternTask:
-        bank = degrees(atan(self.speed_m_s**2 / (GRAVITY * self.turn_radius_m)))
-        if bank > MAX_BANK_DEG:
-            tightest = self.speed_m_s**2 / (GRAVITY * tan(radians(MAX_BANK_DEG)))
-            allowed = f"allowed: at least {tightest:.1f}, a bank of {MAX_BANK_DEG:g} deg at {self.speed_m_s:g} m/s"
-            raise complaint("turn_radius_m", self.turn_radius_m, allowed)
+        if self.turn_radius_m < _tightest(self.speed_m_s):
+            raise complaint("turn_radius_m", self.turn_radius_m, _no_tighter(self.speed_m_s))
         return self
 
     def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
@@ -65,6 +62,9 @@ class PatternTask(Task):
     def fly(self, pilot: Pilot) -> None:
         pilot.check_airborne(self.kind)
         pilot.check_above("around", self.around)
+        fastest = self.speed_m_s + hypot(*map(float, pilot.wind.at(pilot.altitude)))
+        if self.turn_radius_m < _tightest(fastest):
+            pilot.refuse("turn_radius_m", self.turn_radius_m, f"{_no_tighter(fastest)} over the ground, down the wind")
         centre = pilot.mission.places[self.around].point
         roll_length = self.speed_m_s * pilot.handling.roll_in_s
         entry = pilot.turn_size(self.speed_m_s, least=self.turn_radius_m)
@@ -81,7 +81,7 @@ class PatternTask(Task):
         pilot.change_to(self.speed_m_s)
         if pilot.time + self.time_left(pilot, length_of(way)) >= began + self.duration_s:
             needed = pilot.time - began + self.time_left(pilot, length_of(way))
-            allowed = f"allowed: more than {needed:.1f}, the time to the pattern"
+            allowed = f"allowed: more than {tenths_up(needed)}, the time to the pattern"
             pilot.refuse("duration_s", self.duration_s, allowed)
         pilot.hold(self.speed_m_s, duration=began + self.duration_s - pilot.time)
 
@@ -96,6 +96,15 @@ class PatternTask(Task):
             return join(start, goal, **size)
         level = pilot.levelled(size["roll_length"])
         return [*level, *join(end_of(level, pilot.pose), goal, **size)]
+
+
+def _tightest(speed: float) -> float:
+    """Radius [m] of the turn that takes the largest bank at ``speed`` [m/s]."""
+    return speed**2 / (GRAVITY * tan(radians(MAX_BANK_DEG)))
+
+
+def _no_tighter(speed: float) -> str:
+    return f"allowed: at least {tenths_up(_tightest(speed))}, a bank of {MAX_BANK_DEG:g} deg at {speed:g} m/s"
 
 
 class RaceTrack(PatternTask):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
-from vrsopt.mission.field import MAX_ALTITUDE, within
+from vrsopt.mission.field import MAX_ALTITUDE, tenths_up, within
 from vrsopt.mission.tasks import Duration, MassChange, Task
 
 if TYPE_CHECKING:
@@ -85,8 +85,8 @@ class Hover(Task):
         lifting = pilot.lift_time(self.height_m, LIFT_OFF_RATE)
         still = self.duration_s - lifting * (grounded + lands)
         if still < 1.0:
-            least = self.duration_s - still + 1.0
-            allowed = f"allowed: at least {least:.1f}, the time to lift off and to touch down and a second more"
+            least = tenths_up(self.duration_s - still + 1.0)
+            allowed = f"allowed: at least {least}, the time to lift off and to touch down and a second more"
             pilot.refuse("duration_s", self.duration_s, allowed)
         pilot.begin(f"hover at {pilot.place}", "hover", mass_change=self.mass_change_kg)
         if grounded:
