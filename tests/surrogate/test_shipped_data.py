@@ -70,6 +70,25 @@ def test_leave_one_out_of_the_fuel_flow(surrogate):
     assert surrogate.accuracy["main_rotor_power"].mean_abs_error_percent <= 0.1
 
 
+@pytest.mark.parametrize("name", ["hover_rotor_power", "ground_rotor_power", "vertical_rotor_power"])
+def test_powers_at_rest_depend_on_four_variables_and_are_all_but_exact(surrogate, name):
+    accuracy = surrogate.accuracy[name]
+    assert accuracy.pearson_percent >= 99.999 and accuracy.mean_abs_error_percent <= 0.01
+    points = np.array([[2000.0, 300.0, speed, 40.0, 0.18] for speed in (0.0, 35.0, 70.0)])
+    assert np.ptp(surrogate.models[name].predict(points)) < 50.0  # W
+
+
+def test_hover_is_that_of_level_flight_at_no_speed(surrogate):
+    rng = np.random.default_rng(3)
+    low, high = np.array([[1500.0, 0.0, 0.0, 38.0, 0.12], [2200.0, 1200.0, 0.0, 48.0, 0.27]])
+    points = rng.uniform(low, high, (40, 5))
+    level = sum(surrogate.models[name].predict(points) for name in ("main_rotor_power", "tail_rotor_power"))
+    hover = surrogate.models["hover_rotor_power"].predict(points)
+    assert level == pytest.approx(hover, rel=5e-3)
+    near, climb = (surrogate.models[f"{name}_rotor_power"].predict(points) for name in ("ground", "vertical"))
+    assert np.all(near < 0.97 * hover) and np.all(climb > 1.05 * hover)
+
+
 @pytest.mark.parametrize("name", ["nox_flow", "nox_flow_wide_mixing", "co_flow", "co2_flow"])
 def test_leave_one_out_of_the_emissions(surrogate, name):
     """Flows span less than a decade over the flyable points: no logarithm is needed."""
