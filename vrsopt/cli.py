@@ -34,7 +34,6 @@ from vrsopt.console import (
 from vrsopt.errors import InputError
 from vrsopt.options import Altitude, AsJson, IsaOffset, count, number
 
-TRACKS = (".csv", ".gpx")
 MOST_SAMPLES, MOST_WORKERS = 1_000_000, 1024  # more do not fit into memory, or into one machine
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
@@ -245,13 +244,21 @@ def fit(
 
 @app.command()
 def solve(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML).")],
+    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) or flown track (CSV, GPX).")],
     out: Annotated[Path, typer.Option(help="Folder for the results; made if it does not exist.")],
     surrogate: Annotated[
         Path | None, typer.Option(help="Surrogate, written by vrsopt fit.", show_default="the shipped one")
     ] = None,
     schedules: Annotated[str, typer.Option(help="Some of them, with commas.")] = "nominal,pointwise,trajectory",
     variables: Annotated[str, typer.Option(help="What is free: both, speed, twist, or all three cases.")] = "both",
+    mass: Annotated[float | None, number("Take-off mass of a flown track, kg.", show_default="needed with it")] = None,
+    isa_offset: Annotated[
+        float | None, number("Temperature above the standard atmosphere, K.", show_default="0, or the mission's")
+    ] = None,
+    wind_from_deg: Annotated[
+        float | None, number("Where the wind blows from, deg true.", show_default="still air, or the mission's")
+    ] = None,
+    wind_speed: Annotated[float | None, number("Speed of the wind, m/s.", show_default="with --wind-from-deg")] = None,
     as_json: AsJson = False,
 ) -> int:
     """Schedule rotor speed and twist over a mission.
@@ -260,15 +267,19 @@ def solve(
     One that breaks a limit ends with exit code 3; the results are written all the same.
 
     \b
-    Example: the search and rescue mission
+    Example: the search and rescue mission; the same on a hot day; a flown track; the study's climb and descent beside
       vrsopt solve problems/sarm.toml --out results/sarm
+      vrsopt solve problems/sarm.toml --isa-offset 20 --out results/hot
+      vrsopt solve track.gpx --mass 2000 --out results/track
+      vrsopt solve problems/patm.toml --schedules nominal,pointwise,prescribed --out results/patm
     """
-    if mission.suffix.lower() in TRACKS:
-        raise InputError(f"{mission}: flown tracks can not be read yet: a mission file (.toml)")
     check_folder(out)
-    from vrsopt.mission.file import read_mission
+    from vrsopt.schedule.study_input import read
 
-    task, text = read_mission(mission), mission.read_text(encoding="utf-8")
+    task = read(
+        mission, mass=mass, isa_offset=isa_offset, wind=None if wind_from_deg is None else (wind_from_deg, wind_speed)
+    )
+    text = mission.read_text(encoding="utf-8", errors="replace")
     from vrsopt.schedule.compare import solve as solved
 
     comparison = solved(

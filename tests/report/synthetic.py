@@ -277,7 +277,7 @@ def compare(
     trajectory: Any = SimpleNamespace(
         fuel=1.0001 * flown.fuel, iterations=17, build_s=1.5, solve_s=2.5, max_residual=1e-9
     )
-    mission: Any = SimpleNamespace(name=name, places=places)
+    mission: Any = SimpleNamespace(name=name, notes=(), places=places)
     return Comparison(
         mission=mission,
         profile=profile,

@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from vrsopt.errors import InputError
+from vrsopt.mission.track import FlownMission
 from vrsopt.report.files import read_result, write_results
 
 NAMES = ("flight_path", "mission_profile", "schedules", "fuel", "emissions", "phases")
@@ -200,7 +202,9 @@ def test_page_is_complete_and_needs_nothing_else(folder, comparison, mission_tex
 
 def test_notes_on_the_mission_are_in_report_and_summary(comparison, without_figures, mission_text, tmp_path):
     notes = ("Altitude of the track <GPS> smoothed over 20 s.", "Two gaps filled.")
-    write_results(comparison, tmp_path, mission_text=mission_text, notes=notes)
+    mission = FlownMission("flight", 2000.0, comparison.profile, comparison.mission.places, notes, "0" * 64)
+    told = replace(comparison, mission=mission)
+    write_results(told, tmp_path, mission_text=mission_text)
     assert strict((tmp_path / "summary.json").read_text(encoding="utf-8"))["notes"] == list(notes)
     page = Page()
     page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))

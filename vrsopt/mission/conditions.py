@@ -56,6 +56,25 @@ class Conditions:
     idle: Array  # bool: on the ground at flat pitch, at rotor speed 100 % or at ground idle
     ground_idle: Array  # bool: the engines at their ground idle
 
+    @classmethod
+    def level(cls, speed: Array, altitude: float) -> Conditions:
+        """Straight level flight far from the ground at airspeeds (N,) [m/s] and a pressure altitude [m]."""
+        zero, one = np.zeros(len(speed)), np.ones(len(speed))
+        return cls(
+            segment=zero.astype(int),
+            time=zero,
+            speed=speed,
+            altitude=altitude * one,
+            climb_angle=zero,
+            load_factor=one,
+            turn_load_factor=one,
+            turn=zero,
+            equivalent_climb_angle=zero,
+            height=np.inf * one,
+            idle=zero > 0.0,
+            ground_idle=zero > 0.0,
+        )
+
 
 def flight_conditions(motion: Kinematics, course_deg: Array, wind: Wind) -> dict[str, Array]:
     """Speed, altitude, climb angle, load factors, turn and equivalent climb angle, by name, each (N,).

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,18 +32,15 @@ __all__ = ["read_result", "write_point", "write_results"]
 LONG = "mission_text"  # attribute that the page shows on its own
 
 
-def write_results(
-    comparison: Comparison, folder: Path | str, *, mission_text: str, notes: Sequence[str] = ()
-) -> list[Path]:
+def write_results(comparison: Comparison, folder: Path | str, *, mission_text: str) -> list[Path]:
     """Write all files of ``comparison`` into ``folder``, made if need be; returns their paths.
 
-    ``mission_text``: the input as the user gave it; ``notes``: sentences on where it comes from, for the report and
-    the summary. The variants' figures, ``result.nc`` and flight paths go into folders of the variants' names. Files of
-    a former result are replaced.
+    ``mission_text``: the input as the user gave it. The variants' figures, ``result.nc`` and flight paths go into
+    folders of the variants' names. Files of a former result are replaced.
 
     Raises :class:`InputError` (one line) for a folder that can not be used.
     """
-    return _write(Path(folder), lambda: _contents(comparison, mission_text, notes))
+    return _write(Path(folder), lambda: _contents(comparison, mission_text))
 
 
 def write_point(point: OperatingPoint, folder: Path | str) -> list[Path]:
@@ -81,7 +78,7 @@ def _write(target: Path, make: Callable[[], dict[str, bytes]]) -> list[Path]:
     return [target / name for name in contents]
 
 
-def _contents(comparison: Comparison, mission_text: str, notes: Sequence[str]) -> dict[str, bytes]:
+def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
     """Every file by its name in the folder."""
     contents: dict[str, bytes] = {}
     pictures: dict[str, dict[str, bytes]] = {}
@@ -95,9 +92,9 @@ def _contents(comparison: Comparison, mission_text: str, notes: Sequence[str]) -
         contents[f"{place}flight_path.geojson"] = _json(flight_path_geojson(case), indent=None)
         contents[f"{place}flight_path.kml"] = flight_path_kml(case)
         attributes = attributes or {name: value for name, value in dataset.attrs.items() if name != LONG}
-    page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes, notes=notes)
+    page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes)
     contents["report.html"] = page.encode()
-    contents["summary.json"] = _json(comparison.summary() | ({"notes": list(notes)} if notes else {}), indent=2)
+    contents["summary.json"] = _json(comparison.summary(), indent=2)
     return contents
 
 

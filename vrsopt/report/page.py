@@ -68,17 +68,16 @@ def report_page(
     pictures: Mapping[str, Mapping[str, bytes]],
     mission_text: str,
     record: Mapping[str, object],
-    notes: Sequence[str] = (),
 ) -> str:
     """The page.
 
     ``pictures``: PNGs by name of the variant ("" for the comparison itself) and of the figure; ``record``: where the
-    result comes from, by name; ``notes``: sentences on where the mission comes from, shown first.
+    result comes from, by name.
     """
     name = html.escape(comparison.mission.name)
     cases = {"": comparison, **comparison.variants}
     parts = [_section(case, pictures[key]) for key, case in cases.items()]
-    told = "".join(f"<li>{html.escape(line)}</li>" for line in (*notes, *footer(comparison)))
+    told = "".join(f"<li>{html.escape(line)}</li>" for line in (*comparison.mission.notes, *footer(comparison)))
     rows = "".join(
         f'<tr><th>{html.escape(key.replace("_", " "))}</th><td class="words">{html.escape(str(value))}</td></tr>'
         for key, value in record.items()

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import cached_property, lru_cache
-from importlib import resources
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +18,10 @@ from rich.progress import Progress
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.limits import Limits
-from vrsopt.mission.file import Mission, read_mission
+from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading, close_takeoff_mass
 from vrsopt.mission.profile import Conditions, Profile
+from vrsopt.mission.track import FlownMission
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.emissions import changes
@@ -29,24 +29,34 @@ from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.pointwise import pointwise_schedule
+from vrsopt.schedule.prescribed import prescribed_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
+from vrsopt.schedule.study_input import DEFAULT, checked_schedules, loaded, read, schedule_settings
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.schedule.verify import fly_physics
 from vrsopt.surrogate.kriging import KrigingState
-from vrsopt.surrogate.store import Surrogate, load
+from vrsopt.surrogate.store import Surrogate
 
 HEAVY_ENOUGH = 1.3  # times the lightest mass of the surrogate: what no mission burns off
-SCHEDULES = ("nominal", "pointwise", "trajectory")
+ORDER = (
+    "nominal",
+    "pointwise",
+    "pointwise_rate_limited",
+    "prescribed",
+    "prescribed_rate_limited",
+    "trajectory",
+)
 RESERVE_SPEEDS = np.arange(15.0, 46.0)  # m/s, among which the best-endurance speed is found
 
 
 def solve(
-    mission: Mission | Path | str,
+    mission: Mission | FlownMission | Path | str,
     surrogate: Surrogate | Path | str | None = None,
     *,
-    schedules: Sequence[str] = SCHEDULES,
+    mass: float | None = None,
+    schedules: Sequence[str] = DEFAULT,
     variables: str = "both",
     seed: int = 1,
     workers: int = 2,
@@ -54,15 +64,17 @@ def solve(
 ) -> Comparison:
     """Schedule rotor speed and blade twist over ``mission`` and compare the schedules.
 
-    ``mission``: a mission file (TOML) or a :class:`Mission`. ``surrogate``: fitted by :func:`vrsopt.fit`; default the
-    shipped one. ``schedules``: some of nominal, pointwise, trajectory (pointwise is flown raw and rate limited).
+    ``mission``: a mission file (TOML) or a :class:`Mission`; a flown track (CSV, GPX), with the take-off ``mass`` [kg],
+    or a :class:`FlownMission`. ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. ``schedules``:
+    some of nominal, pointwise, prescribed (pointwise with the study's table in climb and descent), trajectory;
+    pointwise and prescribed are flown raw and rate limited.
     ``variables``: "both", "speed", "twist", or "all" three of them. ``seed`` is that of the genetic search. The result
     does not depend on ``workers``; ``progress`` shows the current step on standard error.
 
     Raises :class:`InputError` for unusable input and :class:`NoSolutionError` where the mission can not be flown.
     """
-    task = mission if isinstance(mission, Mission) else read_mission(mission)
-    names = _checked_schedules(schedules)
+    task = read(mission, mass=mass) if isinstance(mission, Path | str) else mission
+    names = checked_schedules(schedules)
     if variables not in ("both", "speed", "twist", "all"):
         raise InputError(f"solve: variables = {variables!r}: one of both, speed, twist, all")
     bar = Progress(console=Console(stderr=True)) if progress else None
@@ -89,7 +101,7 @@ class _Study:
 
     def __init__(
         self,
-        mission: Mission,
+        mission: Mission | FlownMission,
         surrogate: Surrogate | Path | str | None,
         *,
         seed: int,
@@ -98,10 +110,10 @@ class _Study:
     ) -> None:
         self.mission, self.seed, self.workers, self.say = mission, seed, workers, say
         self.machine: Helicopter = helicopter(mission.aircraft)
-        self.profile = Profile.of(mission)
+        self.profile = mission.profile if isinstance(mission, FlownMission) else Profile.of(mission)
         margin = mission.limits.manoeuvre_margin or self.machine.aircraft.blade_loading_limit.manoeuvre_margin
         self.limits = Limits(self.machine.aircraft, self.machine.engine, mission.limits.limits, margin)
-        self.surrogate = _loaded(surrogate, self.machine.data_hash)
+        self.surrogate = loaded(surrogate, self.machine.data_hash)
         self.settings = schedule_settings(mission, self.machine)
         self.make = SurrogateAircraft(self.surrogate, self.limits, isa_offset=mission.isa_offset_k)
         say("surrogate along the mission")
@@ -116,7 +128,7 @@ class _Study:
         settings = self.settings.restricted(variables)
         mass = self.loading.takeoff_mass
         found: dict[str, Schedule] = {"nominal": self.nominal}
-        if "pointwise" in names:
+        if "pointwise" in names or "prescribed" in names:
             self.say("pointwise search")
             found["pointwise"] = pointwise_schedule(
                 self.profile,
@@ -126,9 +138,17 @@ class _Study:
                 genetic=GeneticOptions(seed=self.seed),
                 workers=self.workers,
             )
-            found["pointwise_rate_limited"] = rate_limited_schedule(
-                found["pointwise"], self.grid, takeoff_mass=mass, settings=settings
-            )
+            if "prescribed" in names:
+                found["prescribed"] = prescribed_schedule(
+                    found["pointwise"], self.grid, takeoff_mass=mass, settings=settings
+                )
+            limited = {
+                name: rate_limited_schedule(found[name], self.grid, takeoff_mass=mass, settings=settings)
+                for name in ("pointwise", "prescribed")
+                if name in found
+            }
+            found |= {f"{name}_rate_limited": schedule for name, schedule in limited.items()}
+            found = {name: found[name] for name in ORDER if name in found}
         trajectory = None
         if "trajectory" in names:
             self.say("trajectory")
@@ -188,10 +208,18 @@ class _Study:
             return math.nan
 
     def _close(self, schedule: Schedule) -> TakeoffLoading:
-        """Take-off mass with which ``schedule`` lands with the reserve."""
+        """Take-off mass with which ``schedule`` lands with the reserve; that of a flown track is given."""
+        if isinstance(self.mission, FlownMission):
+            mass = self.mission.takeoff_mass
+            burned = self.grid.fly(schedule, takeoff_mass=mass).fuel
+            return TakeoffLoading(mass, math.nan, burned, math.nan, mass - burned)
+        return self._closed(schedule, self.mission)
+
+    def _closed(self, schedule: Schedule, mission: Mission) -> TakeoffLoading:
         loading = self.machine.aircraft.loading
         state: KrigingState = self.surrogate.models["main_rotor_power"].state_
         lightest = float(state.lower[state.names.index("mass")])
+        seconds = 60 * mission.loading.reserve_minutes
 
         def burn(mass: float) -> float:
             try:
@@ -205,8 +233,8 @@ class _Study:
 
         closed = close_takeoff_mass(
             burn,
-            lambda landing_mass: self._reserve(max(landing_mass, lightest)),
-            zero_fuel_mass=self.mission.loading.zero_fuel_mass,
+            lambda landing_mass: seconds * self._endurance_flow(max(landing_mass, lightest)),
+            zero_fuel_mass=mission.loading.zero_fuel_mass,
             payload_change=float(np.sum(self.profile.mass_changes)),
             max_takeoff_mass=loading.largest_mass,
             tank_capacity=loading.fuel_capacity,
@@ -214,28 +242,17 @@ class _Study:
         self.grid.fly(schedule, takeoff_mass=closed.takeoff_mass)  # raises if the solution itself is below the box
         return closed
 
-    def _reserve(self, landing_mass: float) -> float:
-        """Fuel [kg] for the reserve time at the speed of best endurance, nominal rotor, where the mission ends."""
+    def _endurance_flow(self, landing_mass: float) -> float:
+        """Fuel flow [kg/s] at the speed of best endurance, nominal rotor, where the mission ends."""
         values = self._reserve_model.evaluate(
             np.full(len(RESERVE_SPEEDS), landing_mass), self.settings.nominal_rotor_speed, self.settings.nominal_twist
         )
-        return 60 * self.mission.loading.reserve_minutes * float(np.min(values.fuel_flow))
+        return float(np.min(values.fuel_flow))
 
     @cached_property
     def _reserve_model(self) -> Any:
-        count = len(RESERVE_SPEEDS)
-        altitude = np.full(count, self.profile.segments[-1].altitude_end)
-        zero = np.zeros(count)
-        level = Conditions(
-            segment=zero.astype(int),
-            time=zero,
-            speed=RESERVE_SPEEDS,
-            altitude=altitude,
-            climb_angle=zero,
-            load_factor=np.ones(count),
-            idle=np.zeros(count, dtype=bool),
-        )
-        return self.make(level)
+        end = self.profile.conditions(len(self.profile.segments) - 1, self.profile.duration)
+        return self.make(Conditions.level(RESERVE_SPEEDS, float(end.altitude)))
 
     def _check_mass(self) -> None:
         """The aircraft may be heaviest after a pick-up; raises :class:`NoSolutionError` above its largest mass."""
@@ -259,39 +276,3 @@ class _Study:
         optima = batched_minimum(model, mass, box=box)
         lower, upper = rotor_speed_band(model, mass, optima=optima, box=box)
         return Band(grid.segment[flying], grid.time[flying], lower, upper)
-
-
-def schedule_settings(mission: Mission, machine: Helicopter) -> ScheduleSettings:
-    """The mission's limits on schedules in SI units, around the aircraft's nominal rotor speed and twist."""
-    limits, rotor = mission.limits, machine.aircraft.main_rotor
-    low, high = (percent / 100 * rotor.nominal_rotor_speed for percent in limits.rotor_speed_percent)
-    return ScheduleSettings(
-        nominal_rotor_speed=rotor.nominal_rotor_speed,
-        nominal_twist=rotor.twist,
-        rotor_speed_bounds=(low, high),
-        twist_bounds=(math.radians(limits.twist_deg[0]), math.radians(limits.twist_deg[1])),
-        rotor_speed_rate=limits.rotor_speed_rate_percent_s / 100 * rotor.nominal_rotor_speed,
-        twist_rate=math.radians(limits.twist_rate_deg_s),
-    )
-
-
-def _checked_schedules(schedules: Sequence[str]) -> Sequence[str]:
-    for name in schedules:
-        if name not in SCHEDULES:
-            raise InputError(f"solve: schedules: {name!r}: some of {', '.join(SCHEDULES)}")
-    return schedules
-
-
-def _loaded(surrogate: Surrogate | Path | str | None, hashed: str) -> Surrogate:
-    """The surrogate of a file, or the shipped one; it must be of this model and this aircraft."""
-    if isinstance(surrogate, Surrogate):
-        return surrogate
-    if surrogate is not None:
-        return load(surrogate, model_version=MODEL_VERSION, data_hash=hashed)
-    return _shipped(hashed)
-
-
-@lru_cache(maxsize=1)
-def _shipped(hashed: str) -> Surrogate:
-    with resources.as_file(resources.files("vrsopt") / "data" / "surrogate.nc") as path:
-        return load(path, model_version=MODEL_VERSION, data_hash=hashed)

@@ -13,15 +13,20 @@ from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Profile
+from vrsopt.mission.track import FlownMission
 from vrsopt.schedule.emission_summary import emission_figures, foca_summary
 from vrsopt.schedule.emissions import NOTE, Emitted
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+from vrsopt.schedule.task_summary import task_figures
 from vrsopt.schedule.trajectory import Trajectory
 from vrsopt.schedule.verify import PhysicsFlight
 
-SIMPLIFICATIONS = "turns are load factors on the surrogate, turns in the physics; hover is out of ground effect"
+SIMPLIFICATIONS = (
+    "flight is quasi-steady: what speeds up or turns flies as the steady flight with the same forces; turns are load "
+    "factors on the surrogate, turns in the physics; the wind is steady"
+)
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ class ScheduleResult:
 class Comparison:
     """A mission flown with several schedules."""
 
-    mission: Mission
+    mission: Mission | FlownMission
     profile: Profile
     settings: ScheduleSettings
     limits: Limits
@@ -91,14 +96,19 @@ class Comparison:
         content: dict[str, Any] = {
             "mission": self.mission.name,
             "takeoff_mass_kg": self.loading.takeoff_mass,
-            "reserve_kg": self.loading.reserve_fuel,
+            "reserve_kg": _number(self.loading.reserve_fuel),
             "duration_s": self.profile.duration,
             "success": self.success,
             "simplifications": SIMPLIFICATIONS,
             "emissions_note": NOTE,
             "schedules": schedules,
+            "tasks": task_figures(self.profile, self.results),
             "foca": foca_summary(self.profile, self.limits.aircraft, self.limits.engine),
         }
+        if self.mission.notes:
+            content["notes"] = list(self.mission.notes)
+        if "prescribed" in self.results:
+            content["prescribed_difference_percent"] = self._prescribed_difference()
         if self.trajectory is not None:
             error = resimulation_error(self.trajectory, self.results["trajectory"].flight)
             content["solver"] = {
@@ -127,6 +137,14 @@ class Comparison:
             **emission_figures(self.profile, result),
             "success": result.success,
             "message": result.message,
+        }
+
+    def _prescribed_difference(self) -> dict[str, float | None]:
+        """Fuel with the prescribed climb and descent over that with the modelled ones, per cent more."""
+        own, base = self.results["prescribed"], self.results["pointwise"]
+        return {
+            "surrogate": 100 * (own.flight.fuel / base.flight.fuel - 1),
+            "physics": _number(100 * (own.physics.fuel / base.physics.fuel - 1)),
         }
 
     @staticmethod

@@ -12,6 +12,7 @@ from vrsopt import foca
 from vrsopt.aircraft import Aircraft
 from vrsopt.combustor.emissions import fit_range
 from vrsopt.mission.profile import Profile
+from vrsopt.mission.segment import ON_THE_GROUND
 from vrsopt.schedule.emissions import nox_fits, phases
 from vrsopt.turboshaft.data import EngineData
 
@@ -69,7 +70,7 @@ def foca_estimates(
     profile: Profile, aircraft: Aircraft, engine: EngineData
 ) -> tuple[foca.Estimate, foca.Estimate, int]:
     """One landing and take-off cycle, the mission, and its number of landings: flights between stops on the ground."""
-    flying = np.array([segment.kind != "idle" for segment in profile.segments])
+    flying = np.array([segment.kind not in ON_THE_GROUND for segment in profile.segments])
     landings = int(np.sum(flying[1:] & ~flying[:-1]) + flying[0])
     rating, engines = engine.ratings.take_off_power, aircraft.transmission.engines
     mass = aircraft.loading.largest_mass

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
 
 PHASES = ("idle", "hover", "climb", "cruise", "loiter", "descent")
-COUNTED_AS = {"search": "loiter"}  # kinds of task that are no phase of their own
+# kinds of task that are no phase of their own
+COUNTED_AS = {"search": "loiter", "vertical_climb": "climb", "ground_idle": "idle"}
 POLLUTANTS = ("co2", "nox", "co")
 NOTE = (
     "NOx is a model fitted to a fleet average, given with its range over the fits of the combustor; NOx and CO at idle "
@@ -98,7 +99,7 @@ class Phase:
 
 
 def phases(profile: Profile, fuel_per_segment: np.ndarray, emissions: Emitted) -> dict[str, Phase]:
-    """The phases of a mission by name, in the order of PHASES; a search pattern counts as loiter.
+    """The phases of a mission by name, in the order of PHASES; kinds of task that are none count as COUNTED_AS says.
 
     The sums over the phases are the totals, but for the range of NOx where the fits cross between phases.
     """

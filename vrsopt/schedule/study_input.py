@@ -1,0 +1,85 @@
+"""What a comparison of schedules is given: mission or track, surrogate, names of schedules, limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from vrsopt.errors import InputError
+from vrsopt.helicopter import MODEL_VERSION, Helicopter
+from vrsopt.mission.file import Mission, Weather, mission_from, read_mission, validated
+from vrsopt.mission.track import FlownMission, track_mission
+from vrsopt.schedule.schedule import ScheduleSettings
+from vrsopt.surrogate.store import Surrogate, load
+
+SCHEDULES = ("nominal", "pointwise", "prescribed", "trajectory")
+DEFAULT = ("nominal", "pointwise", "trajectory")
+TRACKS = (".csv", ".gpx")
+
+
+def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> ScheduleSettings:
+    """The mission's limits on schedules in SI units, around the aircraft's nominal rotor speed and twist."""
+    limits, rotor = mission.limits, machine.aircraft.main_rotor
+    low, high = (percent / 100 * rotor.nominal_rotor_speed for percent in limits.rotor_speed_percent)
+    return ScheduleSettings(
+        nominal_rotor_speed=rotor.nominal_rotor_speed,
+        nominal_twist=rotor.twist,
+        rotor_speed_bounds=(low, high),
+        twist_bounds=(math.radians(limits.twist_deg[0]), math.radians(limits.twist_deg[1])),
+        rotor_speed_rate=limits.rotor_speed_rate_percent_s / 100 * rotor.nominal_rotor_speed,
+        twist_rate=math.radians(limits.twist_rate_deg_s),
+    )
+
+
+def read(
+    path: Path | str,
+    *,
+    mass: float | None = None,
+    isa_offset: float | None = None,
+    wind: tuple[float, float | None] | None = None,
+) -> Mission | FlownMission:
+    """The mission of a file, or the track of one (CSV, GPX) with its take-off ``mass`` [kg].
+
+    ``isa_offset`` [K] and ``wind`` (from where [deg], speed [m/s]), where given, replace those of a mission. Raises
+    :class:`InputError` for a file that can not be used, and for a track without mass or a mission with one.
+    """
+    weather: dict[str, Any] = {} if isa_offset is None else {"isa_offset_k": isa_offset}
+    if wind is not None:
+        weather["wind"] = {"from_deg": wind[0]} | ({} if wind[1] is None else {"speed_m_s": wind[1]})
+    if Path(path).suffix.lower() in TRACKS:
+        if mass is None:
+            raise InputError(f"{path}: mass: missing: needed with a flown track, the take-off mass in kg")
+        stated = validated(Weather, weather, where="solve")
+        return track_mission(path, mass, isa_offset=stated.isa_offset_k, wind=stated.wind.field)
+    if mass is not None:
+        raise InputError(f"{path}: mass = {mass:g}: allowed with a flown track; a mission file states its loading")
+    mission = read_mission(path)
+    if not weather:
+        return mission
+    return mission_from(mission.model_dump(mode="json", exclude_none=True) | weather, where=str(path))
+
+
+def checked_schedules(schedules: Sequence[str]) -> Sequence[str]:
+    for name in schedules:
+        if name not in SCHEDULES:
+            raise InputError(f"solve: schedules: {name!r}: some of {', '.join(SCHEDULES)}")
+    return schedules
+
+
+def loaded(surrogate: Surrogate | Path | str | None, hashed: str) -> Surrogate:
+    """The surrogate of a file, or the shipped one; it must be of this model and this aircraft."""
+    if isinstance(surrogate, Surrogate):
+        return surrogate
+    if surrogate is not None:
+        return load(surrogate, model_version=MODEL_VERSION, data_hash=hashed)
+    return _shipped(hashed)
+
+
+@lru_cache(maxsize=1)
+def _shipped(hashed: str) -> Surrogate:
+    with resources.as_file(resources.files("vrsopt") / "data" / "surrogate.nc") as path:
+        return load(path, model_version=MODEL_VERSION, data_hash=hashed)
