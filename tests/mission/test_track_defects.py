@@ -1,0 +1,166 @@
+"""Flown tracks with defects, and tracks that can not be flown: each is put right or refused, and said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.mission.noisy_track import (
+    GROUND,
+    QUIET,
+    TYPICAL,
+    Fixes,
+    Pilot,
+    at,
+    record,
+    rms,
+    surveillance,
+    track_of,
+    write_gpx,
+)
+from vrsopt.errors import InputError
+from vrsopt.mission.profile import Profile
+from vrsopt.mission.track import Track, TrackProfile, read_track, track_profile
+from vrsopt.mission.track_limits import FlightBox, unflyable
+
+
+@pytest.fixture(scope="module")
+def flight() -> Profile:
+    return surveillance(circuits=4)
+
+
+@pytest.fixture(scope="module", params=[1.0, 5.0], ids=["each second", "every five seconds"])
+def noisy(request, flight, tmp_path_factory) -> TrackProfile:
+    path = tmp_path_factory.mktemp("track") / "noisy.gpx"
+    return track_profile(read_track(write_gpx(path, record(flight, replace(TYPICAL, interval=request.param)))))
+
+
+def test_what_is_wrong_with_a_record_is_said(noisy):
+    text = "\n".join(noisy.notes)
+    for words in (
+        "5 times go back: fixes sorted by time",
+        "12 fixes of the same time as another: averaged with it",
+        "8 positions left out, the first at",
+        "they need more than 120 m/s over the ground",
+        "they need more than 15 m/s up or down",
+        "gaps of up to a minute, the longest 30 s at 1500 s: bridged by the filter",
+        "altitudes of the file are taken as pressure altitudes",
+        "s in position and 25 s in altitude",
+        "60 s of hover assumed beside the flight",
+    ):
+        assert words in text, words
+
+
+def test_a_long_gap_is_flown_straight_and_a_longer_one_refused(flight):
+    fixes = record(flight, QUIET)
+    keep = (fixes.time < 290.0) | (fixes.time > 390.0)
+    gap = Fixes(*(getattr(fixes, name)[keep] for name in ("time", "latitude", "longitude", "altitude")))
+    found = track_profile(track_of(gap))
+    assert "gap of 102 s at 289 s: bridged straight, at a constant" in "\n".join(found.notes)
+    grid = found.profile.grid(1.0)
+    assert np.ptp(grid.speed[(grid.time > 305.0) & (grid.time < 375.0)]) < 0.5
+    keep = (fixes.time < 300.0) | (fixes.time > 950.0)
+    gap = Fixes(*(getattr(fixes, name)[keep] for name in ("time", "latitude", "longitude", "altitude")))
+    with pytest.raises(InputError, match=r"track: no fix from 299 to 951 s: allowed: gaps of at most 600 s; split"):
+        track_profile(track_of(gap))
+
+
+def test_fixes_without_altitude_and_repeated_positions(flight):
+    fixes = record(flight, QUIET)
+    altitude = np.where((fixes.time > 500) & (fixes.time < 520), np.nan, fixes.altitude)
+    latitude, longitude = fixes.latitude.copy(), fixes.longitude.copy()
+    for first in (600, 700):
+        latitude[first : first + 5], longitude[first : first + 5] = latitude[first], longitude[first]
+    found = track_profile(Track(fixes.time, latitude, longitude, altitude))
+    text = "\n".join(found.notes)
+    assert "19 fixes have no altitude" in text
+    assert "8 positions repeat the one before although it moved on: left out" in text
+    grid = found.profile.grid(1.0)
+    assert rms(grid.speed[(grid.time > 590) & (grid.time < 720)] - 40.0) < 0.5
+
+
+def test_tight_turns_of_a_sparse_record_are_no_outliers():
+    pilot = Pilot(600.0).fly("cruise", 30.0, speed=35.0).fly("cruise", 60.0)
+    pilot.circuit(1500.0, 200.0, 4).fly("cruise", 60.0)
+    for interval in (1.0, 5.0, 8.0):
+        fixes = record(pilot.profile(None), replace(QUIET, interval=interval))
+        assert not any("left out" in note for note in track_profile(track_of(fixes)).notes)
+
+
+def test_noise_about_sea_level_is_no_depth():
+    flight = surveillance(circuits=1)
+    fixes = record(flight, TYPICAL)
+    found = track_profile(track_of(replace(fixes, altitude=fixes.altitude - GROUND)))
+    assert found.profile.grid(1.0).altitude.min() >= 0.0
+    assert any("those below 0 m are taken as 0 m" in note for note in found.notes)
+
+
+def test_speeds_and_courses_of_the_file_are_compared(flight):
+    fixes = record(flight, QUIET)
+    speed = at(flight, fixes.time)[0].speed
+    same = track_profile(track_of(fixes, ground_speed=speed))
+    assert not any("ground speeds" in note for note in same.notes)
+    knots = track_profile(track_of(fixes, ground_speed=speed / 0.5144, course_deg=np.full(len(speed), 77.0)))
+    assert "ground speeds of the file are 1.94 times those of its positions: not used" in knots.notes
+    assert any(note.startswith("courses of the file differ") for note in knots.notes)
+
+
+def test_ten_fixes_a_second_are_averaged():
+    flight = surveillance(circuits=1)
+    found = track_profile(track_of(record(flight, replace(QUIET, interval=0.1))))
+    assert any("fixes less than 0.5 s after another: averaged with it" in note for note in found.notes)
+    grid = found.profile.grid(1.0)
+    assert abs(np.max(grid.speed) - 40.0) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"speed": 1.9}, r"beyond the model: .* s: airspeed up to 7\d.* m/s, allowed 0 to 70: give the wind"),
+        (
+            {"altitude": 1500.0},
+            r"beyond the model: \d+ to \d+ s: altitude up to 2\d\d\d m, allowed 0 to 2000.*altitude_ft",
+        ),
+        ({"altitude": -400.0}, r"beyond the model: 0 to \d+ s: altitude up to -11\d m, allowed 0 to 2000"),
+        ({"factor": 4.0}, r"altitude up to \d+ m.*equivalent climb angle|equivalent climb angle up to .* deg"),
+    ],
+)
+def test_what_can_not_be_flown_is_refused_with_its_time(flight, change, words):
+    fixes = record(flight, QUIET)
+    stretch = change.get("speed", 1.0)
+    spoiled = Fixes(
+        fixes.time,
+        fixes.latitude[0] + stretch * (fixes.latitude - fixes.latitude[0]),
+        fixes.longitude[0] + stretch * (fixes.longitude - fixes.longitude[0]),
+        GROUND + change.get("altitude", 0.0) + change.get("factor", 1.0) * (fixes.altitude - GROUND),
+    )
+    with pytest.raises(InputError, match=words) as caught:
+        track_profile(track_of(spoiled))
+    assert str(caught.value).startswith("track: ") and "\n" not in str(caught.value)
+
+
+def test_unflyable_stretches_of_a_profile(flight):
+    assert unflyable(flight, mass=2000.0) == []
+    heavy = unflyable(flight, mass=2400.0)
+    assert heavy and {stretch.quantity for stretch in heavy} == {"mass times load factor"}
+    assert str(heavy[0]).endswith("kg, allowed 1400 to 2500")
+    slow = unflyable(flight, box=FlightBox(speed=(0.0, 39.0)))
+    assert sum(stretch.end - stretch.start for stretch in slow) > 0.6 * flight.duration
+
+
+def test_too_little_of_a_track():
+    few = Track(np.arange(9.0), np.full(9, 47.0), np.full(9, 8.0), np.full(9, 500.0), name="few")
+    with pytest.raises(InputError, match="few: 9 fixes of different times: allowed: at least 10"):
+        track_profile(few)
+    short = Track(np.arange(20.0), np.full(20, 47.0), np.full(20, 8.0), np.full(20, 500.0))
+    with pytest.raises(InputError, match=r"time: 19 s in all: allowed: 60 to 43200 s|19 s from first to last"):
+        track_profile(short)
+    parked = Track(np.arange(200.0), np.full(200, 47.0), np.full(200, 8.0), np.full(200, 500.0))
+    with pytest.raises(InputError, match="it stands on the ground all the time"):
+        track_profile(parked)
+    random = np.random.default_rng(1)
+    junk = Track(np.arange(100.0), random.uniform(-80, 80, 100), random.uniform(-170, 170, 100), np.full(100, 500.0))
+    with pytest.raises(InputError, match=r"9\d of 100 positions, the first at .* need more than 120 m/s"):
+        track_profile(junk)
+    with pytest.raises(InputError, match=r"track: latitude_deg: \(3,\) values: allowed: as many as times"):
+        Track(np.arange(2.0), np.zeros(3), np.zeros(2), np.zeros(2))
