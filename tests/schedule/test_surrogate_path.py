@@ -1,19 +1,23 @@
 """The aircraft along a mission from its surrogate: against the Kriging, against the physics, and its derivatives."""
 
 from importlib import resources
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from vrsopt.atmosphere import standard_air
 from vrsopt.drive_train import idle_power, smooth_max
 from vrsopt.errors import InputError
 from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
-from vrsopt.schedule.surrogate_path import POWER_DEGREES, SurrogateAircraft
+from vrsopt.mission.conditions import Conditions
+from vrsopt.schedule.rotor_tables import POWER_DEGREES
+from vrsopt.schedule.similarity import standard_day
+from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.transcription import node_functions
 from vrsopt.surrogate import chebyshev, store
 from vrsopt.surrogate.export import path_predict
+from vrsopt.turboshaft.performance import engine as run_engine
 
 MACHINE = helicopter("bo105")
 LIMITS = Limits(MACHINE.aircraft, MACHINE.engine, "manual", 1.3)
@@ -30,12 +34,49 @@ def make(surrogate):
     return SurrogateAircraft(surrogate, LIMITS)
 
 
-def conditions(speed, altitude=50.0, climb_angle=0.0, load_factor=1.0, idle=False):
-    """Flight conditions at nodes; arguments broadcast."""
-    arrays = np.broadcast_arrays(*(np.atleast_1d(v).astype(float) for v in (speed, altitude, climb_angle, load_factor)))
-    names = ("speed", "altitude", "climb_angle", "load_factor")
-    idle = np.broadcast_to(np.atleast_1d(idle), arrays[0].shape)
-    return SimpleNamespace(**dict(zip(names, arrays, strict=True)), idle=idle)
+def conditions(speed, altitude=50.0, climb_angle=0.0, load_factor=1.0, idle=False, height=np.inf, ground_idle=False):
+    """Steady flight conditions at nodes; arguments broadcast."""
+    numbers = (speed, altitude, climb_angle, load_factor, height, idle, ground_idle)
+    speed, altitude, climb_angle, load_factor, height, idle, ground_idle = np.broadcast_arrays(
+        *(np.atleast_1d(v).astype(float) for v in numbers)
+    )
+    return Conditions(
+        segment=np.zeros(speed.shape, dtype=int),
+        time=np.arange(float(speed.size)),
+        speed=speed,
+        altitude=altitude,
+        climb_angle=climb_angle,
+        load_factor=load_factor,
+        turn_load_factor=np.ones(speed.shape),
+        turn=np.zeros(speed.shape),
+        equivalent_climb_angle=climb_angle,
+        height=height,
+        idle=(idle > 0) | (ground_idle > 0),
+        ground_idle=ground_idle > 0,
+    )
+
+
+def rotor_power(path, mass, rotor_speed, twist):
+    """Of both rotors at one node [W], from the power of an engine that is well above idle."""
+    drive = MACHINE.aircraft.transmission
+    engine = path.evaluate(np.array([mass]), rotor_speed, twist).power_per_engine[0]
+    assert engine > 1.5 * idle_power(MACHINE.engine)
+    return drive.efficiency * (drive.engines * engine - 1e3 * drive.accessory_power)
+
+
+def physics(mass, rotor_speed, twist, **flight):
+    """Of both rotors in the trim [W], and the use of the tail rotor."""
+    flight = {"altitude": 50.0, "isa_offset": 0.0, "climb_angle": 0.0, "load_factor": 1.0, **flight}
+    flight |= {"mass": mass, "rotor_speed": rotor_speed, "twist": twist}
+    trim = MACHINE.trim(flight)
+    assert trim.success
+    loading = trim.solution.outputs["tail_blade_loading"]
+    return trim.power, LIMITS.tail_usage(loading, rotor_speed, flight["speed"])
+
+
+def tail_usage(path, mass, rotor_speed, twist):
+    row = LIMIT_NAMES.index("tail rotor loading")
+    return path.evaluate(np.array([mass]), rotor_speed, twist).limits[row, 0] + 1
 
 
 def test_polynomials_hold_the_kriging_over_the_whole_box(make, surrogate):
@@ -85,16 +126,34 @@ def test_fuel_flow_is_that_of_the_physics(make, speed, climb_deg, load_factor, m
 
 
 def test_casadi_node_equals_the_arrays_with_exact_derivatives(make):
-    flight = conditions(
-        [0.0, 40.0, 40.0, 35.0, 0.0], 100.0, [0, 0.12, -0.12, 0, 0], [1, 1, 1, 1.18, 1], [0, 0, 0, 0, 1]
+    path = make(
+        conditions(
+            [0.0, 40.0, 40.0, 35.0, 0.0, 2.0, 4.0, 0.0],
+            100.0,
+            [0, 0.12, -0.12, 0, 0, np.pi / 2, -0.2, 0],
+            [1, 1, 1, 1.18, 1, 1, 0.98, 1],
+            [0, 0, 0, 0, 1, 0, 0, 0],
+            [2, *[np.inf] * 5, 6, 0],
+            [0, 0, 0, 0, 0, 0, 0, 1],
+        )
     )
-    path = make(flight)
+    check_function(path)
+
+
+def test_casadi_node_on_a_hot_day(surrogate):
+    """Speeds and masses are scaled to the standard day in both."""
+    nodes = conditions([0.0, 40.0, 0.0], [-30.0, 500.0, 100.0], 0.0, 1.0, [0, 0, 1])
+    check_function(SurrogateAircraft(surrogate, LIMITS, isa_offset=25.0)(nodes))
+
+
+def check_function(path):
     function, coefficients = path.function()
+    count = coefficients.shape[1]
     node = node_functions(function)
     point = np.array([1900.0, 41.0, 0.18, 0.2])
     steps, weights = (1.0, 0.01, 1e-3, 0.01), np.array([100.0, 1.0, 0.7, 0.5, 0.3, 0.2])
-    values = path.evaluate(*(np.full(5, value) for value in point))
-    for k in range(5):
+    values = path.evaluate(*(np.full(count, value) for value in point))
+    for k in range(count):
         c = coefficients[:, k]
         y = node.values(point, c).full().ravel()
         assert y[0] == pytest.approx(values.fuel_flow[k], rel=1e-10)
@@ -164,20 +223,121 @@ def test_outside_the_sampled_box_is_an_error(make):
     assert bounds[1] == pytest.approx([2000.0, 2500.0, np.inf])
 
 
-@pytest.mark.parametrize(("offset", "altitude"), [(-30.0, 50.0), (35.0, 1950.0)])
-def test_days_outside_the_sampled_densities_are_refused(surrogate, offset, altitude):
-    with pytest.raises(InputError, match=r"density altitude = -?\d+ m: sampled from 0 to 2000 m"):
-        SurrogateAircraft(surrogate, LIMITS, isa_offset=offset)(conditions(30.0, altitude))
+@pytest.mark.parametrize("angle", [-14.0, -9.0, 7.0, 14.0])
+@pytest.mark.parametrize(("speed", "mass", "ratio"), [(5.0, 2000.0, 1.0), (12.0, 1700.0, 0.86), (20.0, 2000.0, 0.95)])
+def test_slow_climbs_and_descents_are_those_of_the_physics(make, speed, angle, mass, ratio):
+    """As steep as a take-off that speeds up or an approach that slows down feels."""
+    free = (mass, 44.4 * ratio, 0.17)
+    path = make(conditions(speed, 50.0, np.radians(angle)))
+    power, tail = physics(*free, speed=speed, climb_angle=np.radians(angle))
+    assert rotor_power(path, *free) == pytest.approx(power, rel=2.5e-3)
+    assert tail_usage(path, *free) == pytest.approx(tail, abs=4e-3)
 
 
-def test_a_hot_day_is_that_of_the_physics_but_for_the_mach_number(surrogate):
-    """The rotor flies at the density altitude: the Mach number of a hot day is lower than the surrogate's."""
-    path = SurrogateAircraft(surrogate, LIMITS, isa_offset=20.0)(conditions([0.0, 40.0], 300.0))
-    values = path.evaluate(np.full(2, 1900.0), 40.0, 0.2)
-    for k, speed in enumerate((0.0, 40.0)):
-        flight = {"mass": 1900.0, "altitude": 300.0, "isa_offset": 20.0, "speed": speed, "climb_angle": 0.0}
-        flight |= {"load_factor": 1.0, "rotor_speed": 40.0, "twist": 0.2}
-        assert values.fuel_flow[k] == pytest.approx(MACHINE.point(flight, limits=LIMITS).fuel_flow, rel=4e-3)
+@pytest.mark.parametrize(
+    ("forward", "rate"), [(0.0, 1.0), (0.0, 4.0), (0.0, -1.0), (0.0, -2.5), (2.0, 2.0), (3.0, -1.5)]
+)
+@pytest.mark.parametrize(("mass", "ratio"), [(2000.0, 1.0), (1700.0, 0.86)])
+def test_vertical_climb_and_descent_are_those_of_the_physics(make, forward, rate, mass, ratio):
+    free = (mass, 44.4 * ratio, 0.17)
+    path = make(conditions(np.hypot(forward, rate), 50.0, np.arctan2(rate, forward)))
+    power, tail = physics(*free, speed=forward, vertical_speed=rate)
+    assert rotor_power(path, *free) == pytest.approx(power, rel=6e-3)
+    assert tail_usage(path, *free) == pytest.approx(tail, abs=6e-3)
+
+
+def test_power_is_continuous_where_a_climb_becomes_steep(make):
+    angles = np.linspace(0.1, 0.5, 401)
+    for speed in (1.0, 8.0, 30.0):
+        path = make(conditions(speed, 50.0, angles))
+        power = path.evaluate(np.full(401, 1800.0), 42.0, 0.15).power_per_engine
+        slope = np.diff(power)
+        assert np.all(slope > 0) and slope.max() < 1.3 * slope.min()
+
+
+@pytest.mark.parametrize("height", [0.0, 2.0, 8.0])
+@pytest.mark.parametrize(("speed", "allowed"), [(0.0, 4e-3), (5.0, 0.015), (10.0, 0.015), (20.0, 6e-3)])
+def test_ground_effect_is_that_of_the_physics(make, height, speed, allowed):
+    rotor = MACHINE.aircraft.main_rotor
+    proximity = rotor.radius / (height + rotor.hub_above_skids)
+    for free in ((2000.0, 44.4, 0.14), (1700.0, 39.0, 0.2)):
+        path = make(conditions(speed, 50.0, height=height))
+        power, tail = physics(*free, speed=speed, ground_proximity=proximity)
+        assert rotor_power(path, *free) == pytest.approx(power, rel=allowed)
+        assert tail_usage(path, *free) == pytest.approx(tail, abs=0.01)
+    far = rotor_power(make(conditions(speed, 50.0, height=1e4)), *free)
+    assert far == pytest.approx(rotor_power(make(conditions(speed, 50.0)), *free), rel=1e-6)
+
+
+def test_ground_idle_is_the_engine_s_own_state_whatever_the_schedule(make):
+    engine = MACHINE.engine
+    path = make(conditions([0.0, 0.0], 60.0, idle=True, ground_idle=[1, 0]))
+    one, other = (path.evaluate(np.full(2, mass), 44.4, twist) for mass, twist in ((1500.0, 0.14), (2400.0, 0.2)))
+    idle = run_engine(rating="ground_idle", altitude=60.0, engine_data=engine)
+    for values in (one, other):
+        assert values.fuel_flow[0] == pytest.approx(2 * idle.fuel_flow_kg_s, rel=1e-8)
+        assert values.power_per_engine[0] == pytest.approx(idle.power_w, rel=1e-8)
+        assert np.all(values.limits == -1.0)
+    assert one.fuel_flow[0] < one.fuel_flow[1]
+    flows = path.emissions(one.fuel_flow[:, None], one.power_per_engine[:, None], 44.4)
+    for name, flow in (("nox", idle.nox_kg_s), ("co", idle.co_kg_s), ("co2", idle.co2_kg_s)):
+        assert flows[name][0, 0] == pytest.approx(2 * flow, rel=1e-6)
+
+
+@pytest.mark.parametrize(("angle", "speed"), [(-np.pi / 2, 4.0), (-0.5, 9.0)])
+def test_sinking_into_the_vortex_ring_is_refused(make, angle, speed):
+    with pytest.raises(InputError, match=r"segment 0 at 1 s: sinks at 4.* m/s .* at most 3\.[0-9] m/s .*vortex ring"):
+        make(conditions(speed, 50.0, [0.0, angle]))
+
+
+def test_an_approach_that_slows_down_is_no_vortex_ring(make):
+    make(conditions([20.0, 14.0, 9.0, 5.0, 2.0], 50.0, np.radians(-14.0)))
+    make(conditions([1.5, 4.0], 50.0, [-np.pi / 2, np.pi / 2]))
+    make(conditions(4.0, 50.0, -np.pi / 2, idle=True))  # whatever: it stands on the ground
+
+
+@pytest.mark.parametrize("offset", [-20.0, 20.0, 30.0])
+@pytest.mark.parametrize("altitude", [0.0, 1200.0])
+def test_any_day_is_that_of_the_physics(surrogate, offset, altitude):
+    """By similarity: tip Mach number and thrust coefficient are the day's own."""
+    speeds = (0.0, 30.0, 55.0)
+    path = SurrogateAircraft(surrogate, LIMITS, isa_offset=offset)(conditions(speeds, altitude))
+    for free in ((2000.0, 44.4, 0.14), (1750.0, 37.0, 0.2)):
+        for k, speed in enumerate(speeds):
+            node = path.nodes(np.array([k]))
+            power, tail = physics(*free, speed=speed, altitude=altitude, isa_offset=offset)
+            assert rotor_power(node, *free) == pytest.approx(power, rel=2.5e-3)
+            assert tail_usage(node, *free) == pytest.approx(tail, abs=5e-3)
+
+
+def test_standard_day_is_the_flight_itself():
+    altitude = np.array([0.0, 700.0, 2000.0])
+    day = standard_day(altitude, 0.0, 2000.0)
+    assert np.array_equal(day.altitude, altitude)
+    assert np.all(day.speed == 1.0) and np.all(day.mass == 1.0) and np.all(day.power == 1.0)
+    assert np.array_equal(day.density, standard_air(altitude).density)
+
+
+def test_below_sea_level_the_weight_scales_with_the_pressure(make):
+    free = (1900.0, 42.0, 0.15)
+    path = make(conditions(30.0, -40.0))
+    power, _ = physics(*free, speed=30.0, altitude=-40.0)
+    assert rotor_power(path, *free) == pytest.approx(power, rel=3e-3)
+    low, high = path.bounds["mass"]
+    assert low[0] > 1400.0 and high[0] > 2500.0
+
+
+def test_bounds_are_those_of_the_day(surrogate):
+    hot, cold = (SurrogateAircraft(surrogate, LIMITS, isa_offset=t)(conditions(30.0, 300.0)) for t in (25.0, -20.0))
+    fast = np.sqrt((288.15 - 0.0065 * 300 + 25) / (288.15 - 0.0065 * 300))
+    low, high = hot.bounds["rotor_speed"]
+    assert low == pytest.approx(0.70 * 44.4 * fast) and low < 0.75 * 44.4
+    assert high == pytest.approx(1.15 * 44.4 * fast)
+    low, high = cold.bounds["rotor_speed"]
+    assert low == pytest.approx(0.70 * 44.4)  # of the engine's table
+    assert high < 1.15 * 44.4
+    with pytest.raises(InputError, match=r"rotor speed = 31.5 rad/s: sampled from 32"):
+        hot.evaluate(np.array([1900.0]), 31.5, 0.14)
 
 
 def test_an_inaccurate_surrogate_is_refused_unless_forced(surrogate):
