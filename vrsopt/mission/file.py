@@ -80,11 +80,13 @@ class Limits(Table):
 class Handling(Table):
     """How the aircraft is flown from one task to the next; every figure is an assumption.
 
-    Accelerations are the largest of a change of speed. ``bank_deg`` is that of turns from one leg to the next, taken up
-    and given up in ``roll_in_s`` each, as in all turns.
+    Accelerations are the largest of a change of speed: from rest and to rest, and between speeds under way, where less
+    power is left for it. ``bank_deg`` is that of turns from one leg to the next, taken up and given up in ``roll_in_s``
+    each, as in all turns.
     """
 
     acceleration_m_s2: Annotated[float, BeforeValidator(within(0.05, 3.0))] = 1.0
+    cruise_acceleration_m_s2: Annotated[float, BeforeValidator(within(0.05, 3.0))] = 0.4
     vertical_acceleration_m_s2: Annotated[float, BeforeValidator(within(0.05, 2.0))] = 0.5
     bank_deg: Annotated[float, BeforeValidator(within(5.0, 45.0))] = 20.0
     roll_in_s: Annotated[float, BeforeValidator(within(0.5, 10.0))] = 3.0

@@ -209,7 +209,9 @@ class Pilot:
     def change_time(self, airspeed: float, climb_rate: float) -> float:
         """Time [s] of a change to horizontal airspeed and climb rate [m/s], as fast as [handling] allows."""
         goal = self.over_ground(airspeed, at=self.distance, altitude=self.altitude)
-        largest = (self.handling.acceleration_m_s2, self.handling.vertical_acceleration_m_s2)
+        handling, rests = self.handling, 0.0 in (self.ground_speed, airspeed)
+        horizontal = handling.acceleration_m_s2 if rests else handling.cruise_acceleration_m_s2
+        largest = (horizontal, handling.vertical_acceleration_m_s2)
         return change_duration((goal - self.ground_speed, climb_rate - self.climb_rate), largest)
 
     def change_to(self, airspeed: float, climb_rate: float = 0.0, *, duration: float | None = None) -> None:
@@ -296,12 +298,13 @@ class Pilot:
             return 0.5 * size * sum(taken(size)) - abs(rise)
 
         size = speed * abs(sin(climb_angle))
-        if excess(size) > 0.0:
+        flatter = excess(size) > 0.0
+        if flatter:
             size = float(brentq(excess, 0.0, size, xtol=1e-14, rtol=1e-14))
         (horizontal, vertical), (_, levelling) = rates(size), taken(size)
         self.change_to(horizontal, vertical)
         left = altitude - self.altitude - 0.5 * levelling * vertical
-        if left / vertical > BRIEFEST:
+        if not flatter and left / vertical > BRIEFEST:
             self.hold(horizontal, vertical, duration=left / vertical)
         self.change_to(then, 0.0, duration=levelling)
         self.altitude = altitude
