@@ -139,6 +139,25 @@ def test_what_can_not_be_flown_is_refused_with_its_time(flight, change, words):
     assert str(caught.value).startswith("track: ") and "\n" not in str(caught.value)
 
 
+def test_noise_that_leads_out_of_the_box_is_smoothed_more(flight):
+    fixes = record(flight, TYPICAL)
+    landing = flight.duration - 129.0
+    kick = 15.0 * np.exp(-(((fixes.time - landing + 16.0) / 8.0) ** 2))  # m, up and down again in the approach
+    found = track_profile(track_of(replace(fixes, altitude=fixes.altitude + kick)))
+    assert found.beyond == () and unflyable(found.profile) == []
+    said = next(note for note in found.notes if "smoothed more there" in note)
+    assert "stretches, the first at 174" in said and said.endswith("m in altitude")
+
+
+def test_a_fast_descent_without_airspeed_is_refused():
+    pilot = Pilot(800.0).fly("cruise", 30.0, speed=30.0).fly("cruise", 60.0).fly("hover", 30.0, speed=0.0, over=30.0)
+    pilot.fly("descent", 60.0, climb_rate=-6.0, over=10.0).fly("hover", 60.0, climb_rate=0.0, over=10.0)
+    with pytest.raises(
+        InputError, match=r"track: beyond the model: \d+ to \d+ s: descent rate at little airspeed .* m/s"
+    ):
+        track_profile(track_of(record(pilot.profile(None), QUIET)))
+
+
 def test_unflyable_stretches_of_a_profile(flight):
     assert unflyable(flight, mass=2000.0) == []
     heavy = unflyable(flight, mass=2400.0)

@@ -11,14 +11,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrsopt.errors import InputError
 from vrsopt.mission.file import Limits, Place
 from vrsopt.mission.profile import Profile
 from vrsopt.mission.track_clean import cleaned
-from vrsopt.mission.track_curve import smoothed
+from vrsopt.mission.track_curve import Smoothing, smoothed
 from vrsopt.mission.track_data import Track
 from vrsopt.mission.track_file import read_bytes, read_track
 from vrsopt.mission.track_limits import BOX, Stretch, listed, unflyable
@@ -30,6 +32,8 @@ from vrsopt.mission.wind import CALM, Wind
 ASSUMED_HOVER = 60.0  # s, as the shipped missions hover beside an idle
 BRIEF, STEEP = 15.0, 45.0  # s and deg: a steeper or longer climb beyond the box is refused
 DIFFERENT = 0.2  # by which speeds of the file and of the positions may differ unsaid
+RELAXED, RELAXATION = 5, 0.3  # times, factor: how often fixes that lead out of the box lose weight, and how much
+MOST_MOVED = 20.0  # m, what noise can explain
 LARGEST_BURN = 0.06  # kg/s
 
 __all__ = ["FlownMission", "Track", "TrackProfile", "read_track", "track_mission", "track_profile", "unflyable"]
@@ -114,13 +118,13 @@ def track_profile(
     """
     fixes = cleaned(track)
     notes = [*track.notes, *fixes.notes, "altitudes of the file are taken as pressure altitudes"]
-    curve, found = smoothed(track, fixes, notes, assumed_hover=assumed_hover)
+    smoothing = smoothed(track, fixes, notes, assumed_hover=assumed_hover)
+    curve, profile, beyond = _within_the_box(smoothing, isa_offset, wind, notes)
+    found = smoothing.stops
     _compare(track, curve, notes)
-    profile = Profile(segments_of_track(curve, found), isa_offset, wind)
     notes += _stop_notes(curve, found)
     if all(segment.kind == "idle" for segment in profile.segments):
         raise InputError(f"{track.name}: it stands on the ground all the time: allowed: a flight")
-    beyond = unflyable(profile)
     refused = [one for one in beyond if not _passable(one)]
     if refused:
         raise InputError(
@@ -129,6 +133,39 @@ def track_profile(
     if beyond:
         notes.append(f"briefly beyond the model's range, flown all the same: {listed(beyond)}")
     return TrackProfile(profile, tuple(notes), _places(curve, found), tuple(beyond))
+
+
+def _within_the_box(
+    smoothing: Smoothing, isa_offset: float, wind: Wind, notes: list[str]
+) -> tuple[SmoothTrack, Profile, list[Stretch]]:
+    """The curve, its profile and what of it is beyond the model: where smoothing more helps, that is done."""
+
+    def flown(trust: NDArray[Any]) -> tuple[SmoothTrack, Profile, list[Stretch]]:
+        curve = smoothing.curve(trust)
+        profile = Profile(segments_of_track(curve, smoothing.stops), isa_offset, wind)
+        return curve, profile, unflyable(profile)
+
+    time = smoothing.time
+    trust = np.ones(len(time))
+    first = last = flown(trust)
+    for _ in range(RELAXED):
+        if not last[2]:
+            break
+        for one in last[2]:
+            around = smoothing.along.period
+            trust[(time > one.start - around) & (time < one.end + around)] *= RELAXATION
+        last = flown(trust)
+    if last is first:
+        return first
+    moved = float(np.max(np.linalg.norm(last[0].place(time) - first[0].place(time), axis=1)))
+    lifted = float(np.max(np.abs(last[0].heights(time) - first[0].heights(time))))
+    if max(moved, lifted) > MOST_MOVED or len(last[2]) >= len(first[2]):
+        return first
+    notes.append(
+        f"beyond the model's range as noise can be, {len(first[2])} stretches, the first at {first[2][0].start:.0f} s: "
+        f"smoothed more there, moved by up to {moved:.1f} m, and {lifted:.1f} m in altitude"
+    )
+    return last
 
 
 def _compare(track: Track, curve: SmoothTrack, notes: list[str]) -> None:

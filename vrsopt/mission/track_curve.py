@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,37 @@ DEEPEST = -50.0  # m, altitudes down to here count as noise about zero
 FURTHEST = 1000e3  # m, from the middle of a track
 
 
-def smoothed(track: Track, fixes: Fixes, notes: list[str], *, assumed_hover: float) -> tuple[SmoothTrack, list[Stop]]:
-    """The curve of the track, and its stops, over which the curve stands still; what was done goes to ``notes``.
+@dataclass(frozen=True)
+class Smoothing:
+    """What is smoothed, and how: fixes at ``time`` (N,) [s] in the plane, filters, and the stops to hold still."""
+
+    plane: Plane
+    time: Array
+    place: Array  # (N, 2) m
+    altitude: Array  # (N,) m, nan where unknown
+    usable: Array  # (N,) bool, of the positions
+    across: SmoothingSpline
+    along: SmoothingSpline
+    stops: tuple[Stop, ...]
+    floor: float
+
+    def curve(self, trust: Array) -> SmoothTrack:
+        """The curve with the weight of each fix multiplied by ``trust`` (N,)."""
+        known = np.isfinite(self.altitude)
+        horizontal, vertical = (
+            filter_.fit(
+                self.time[some], values[some], time_weights(self.time[some], filter_.period) * trust[some], holds
+            )
+            for filter_, some, values, holds in (
+                (self.across, self.usable, self.place, _held_places(self.stops)),
+                (self.along, known, self.altitude[:, None], _held_altitudes(self.stops)),
+            )
+        )
+        return SmoothTrack(self.plane, horizontal, vertical, float(self.time[-1]), self.floor)
+
+
+def smoothed(track: Track, fixes: Fixes, notes: list[str], *, assumed_hover: float) -> Smoothing:
+    """How the track is smoothed; what was found out goes to ``notes``.
 
     Raises :class:`InputError` for fixes too far apart in time, or in place.
     """
@@ -61,13 +90,9 @@ def smoothed(track: Track, fixes: Fixes, notes: list[str], *, assumed_hover: flo
         notes.append(f"altitudes down to {lowest:.1f} m: those below 0 m are taken as 0 m")
     trusted = np.full(len(time), np.nan)
     trusted[known] = np.where(wrong, np.nan, np.maximum(altitude[:, 0], floor))
-    kept = np.isfinite(trusted)
     first = SmoothTrack(plane, horizontal, vertical, duration, floor)
     found = stops(first, replace(fixes, altitude=trusted), assumed_hover=assumed_hover)
-    horizontal = across.fit(time[~off], place[~off], time_weights(time[~off], across.period), _held_places(found))
-    weight = time_weights(time[kept], along.period)
-    vertical = along.fit(time[kept], trusted[kept, None], weight, _held_altitudes(found))
-    return SmoothTrack(plane, horizontal, vertical, duration, floor), found
+    return Smoothing(plane, time, place, trusted, ~off, across, along, tuple(found), floor)
 
 
 def _fitted(

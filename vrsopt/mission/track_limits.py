@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vrsopt.atmosphere import density_altitude
+from vrsopt.atmosphere import density_altitude, standard_air
 from vrsopt.mission.profile import Profile
 
 Array = NDArray[Any]
 STEP = 1.0  # s
 TOLERANCE = 1e-6  # of the width of a range
+SINKING = "descent rate at little airspeed (or as hard a slowing down)"
 LISTED = 3  # stretches in a message
 
 
@@ -27,6 +28,9 @@ class FlightBox:
     equivalent_climb_angle: tuple[float, float] = (-np.radians(20.0), np.radians(20.0))  # rad
     equivalent_climb_rate: tuple[float, float] = (-5.0, 5.0)  # m/s, of the same steady climb
     mass: tuple[float, float] = (1400.0, 2500.0)  # kg, times the load factor
+    # m/s over the velocity induced in the hover: sinking faster, at less airspeed than that, nears the vortex ring
+    sinking: float = 0.3
+    disc_loading: float = 252.5  # N/m2, with which that velocity is found
 
 
 BOX = FlightBox()
@@ -47,7 +51,7 @@ class Stretch:
     def __str__(self) -> str:
         return (
             f"{self.start:.0f} to {self.end:.0f} s: {self.quantity} up to {self.worst:.4g} {self.unit}, "
-            f"allowed {self.low:g} to {self.high:g}"
+            f"allowed {self.low:.4g} to {self.high:.4g}"
         )
 
 
@@ -68,6 +72,11 @@ def unflyable(profile: Profile, *, mass: ArrayLike | None = None, box: FlightBox
         ("altitude", grid.altitude, box.altitude, "m"),
         ("equivalent climb angle", np.where(gentle, 0.0, np.degrees(angle)), degrees, "deg"),
     ]
+    induced = np.sqrt(box.disc_loading / (2.0 * standard_air(grid.altitude, profile.isa_offset).density))
+    fastest = box.sinking * float(np.min(induced))
+    usage = -rate / (box.sinking * induced)
+    slow = grid.speed * np.cos(angle) < induced
+    checks.append((SINKING, np.where(flying & slow, np.maximum(usage, 0.0) * fastest, 0.0), (0.0, fastest), "m/s"))
     if profile.isa_offset:
         checks.append(("density altitude", np.where(flying, dense, box.altitude[0]), box.altitude, "m"))
     if mass is not None:
