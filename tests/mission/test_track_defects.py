@@ -174,6 +174,9 @@ def test_too_little_of_a_track():
     short = Track(np.arange(20.0), np.full(20, 47.0), np.full(20, 8.0), np.full(20, 500.0))
     with pytest.raises(InputError, match=r"time: 19 s in all: allowed: 60 to 43200 s|19 s from first to last"):
         track_profile(short)
+    one = np.where(np.arange(200.0) == 7.0, 500.0, np.nan)
+    with pytest.raises(InputError, match="track: altitude: 1 fixes have one: allowed: at least 10"):
+        track_profile(Track(np.arange(200.0), np.full(200, 47.0), np.full(200, 8.0), one))
     parked = Track(np.arange(200.0), np.full(200, 47.0), np.full(200, 8.0), np.full(200, 500.0))
     with pytest.raises(InputError, match="it stands on the ground all the time"):
         track_profile(parked)

@@ -105,8 +105,9 @@ def _check_length(track: Track, table: Array) -> None:
         raise InputError(
             f"{track.name}: time: {length:.6g} s from first to last: allowed: {SHORTEST:g} to {LONGEST:g} s"
         )
-    if not np.isfinite(table[3]).any():
-        raise InputError(f"{track.name}: altitude: no fix has one: allowed: the altitude of the fixes [m]")
+    known = int(np.sum(np.isfinite(table[3])))
+    if known < FEWEST:
+        raise InputError(f"{track.name}: altitude: {known} fixes have one: allowed: at least {FEWEST}")
 
 
 def _points(table: Array) -> Array:
