@@ -15,7 +15,7 @@ from vrsopt.mission.wind import Wind
 
 GRAVITY = 9.80665  # m/s2
 AXIS, SQUARE = 6378137.0, 0.0066943799901413165  # WGS 84: equatorial radius [m], eccentricity squared
-GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(24)
+GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(96)
 STENCIL = np.arange(-2, 3)
 FIRST, SECOND = np.array([1, -8, 0, 8, -1]) / 12, np.array([-1, 16, -30, 16, -1]) / 12
 

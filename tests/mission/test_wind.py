@@ -124,7 +124,7 @@ def test_a_hover_feels_the_wind_and_the_ground_does_not():
 
 def test_altitudes_of_the_wind_part_a_climb():
     wind = {"altitude_m": [650.0, 800.0, 1500.0], "from_deg": [200.0, 230.0, 280.0], "speed_m_s": [3.0, 8.0, 14.0]}
-    profile = flown(HOVER, climb(1000.0), cruise("north"), descent(), HOVER, wind=wind)
+    profile = flown(HOVER, climb(1000.0), cruise("east"), descent(), HOVER, wind=wind)
     ends = [segment.motion.altitude(segment.duration) for segment in profile.segments if segment.kind == "climb"]
     for level in (650.0, 800.0):
         assert min(abs(end - level) for end in ends) < 1e-9
