@@ -229,8 +229,8 @@ class Pilot:
                 break
         rates = ((self.ground_speed, goal), (self.climb_rate, climb_rate))
         ground = None
-        if self.ground_speed == 0.0:
-            ground = self.ground
+        if self.ground_speed == 0.0:  # over a place from which it descends, the ground falls away
+            ground = self.ground if altitude >= self.ground else None
         elif airspeed == 0.0 and self.goal is not None:
             ground = self.mission.places[self.goal].elevation_m
         if took > BRIEFEST:
