@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vrsopt.atmosphere import density_altitude, standard_air
+from vrsopt.atmosphere import standard_air
 from vrsopt.mission.profile import Profile
 
 Array = NDArray[Any]
@@ -24,7 +24,7 @@ class FlightBox:
     """What the model covers. A climb is too steep where it is steeper than both the angle and the climb rate."""
 
     speed: tuple[float, float] = (0.0, 70.0)  # m/s, through the air
-    altitude: tuple[float, float] = (0.0, 2000.0)  # m, pressure altitude and density altitude
+    altitude: tuple[float, float] = (0.0, 2000.0)  # m, pressure altitude
     equivalent_climb_angle: tuple[float, float] = (-np.radians(20.0), np.radians(20.0))  # rad
     equivalent_climb_rate: tuple[float, float] = (-5.0, 5.0)  # m/s, of the same steady climb
     mass: tuple[float, float] = (1400.0, 2500.0)  # kg, times the load factor
@@ -65,7 +65,6 @@ def unflyable(profile: Profile, *, mass: ArrayLike | None = None, box: FlightBox
     angle = np.where(flying, grid.equivalent_climb_angle, 0.0)
     rate = grid.speed * np.sin(angle)
     gentle = (rate >= box.equivalent_climb_rate[0]) & (rate <= box.equivalent_climb_rate[1])
-    dense = np.asarray(density_altitude(grid.altitude, profile.isa_offset))
     degrees = tuple(float(np.degrees(edge)) for edge in box.equivalent_climb_angle)
     checks: list[tuple[str, Array, tuple[float, ...], str]] = [
         ("airspeed", grid.speed, box.speed, "m/s"),
@@ -77,8 +76,6 @@ def unflyable(profile: Profile, *, mass: ArrayLike | None = None, box: FlightBox
     usage = -rate / (box.sinking * induced)
     slow = grid.speed * np.cos(angle) < induced
     checks.append((SINKING, np.where(flying & slow, np.maximum(usage, 0.0) * fastest, 0.0), (0.0, fastest), "m/s"))
-    if profile.isa_offset:
-        checks.append(("density altitude", np.where(flying, dense, box.altitude[0]), box.altitude, "m"))
     if mass is not None:
         carried = np.where(flying, np.asarray(mass) * grid.load_factor, box.mass[0])
         checks.append(("mass times load factor", carried, box.mass, "kg"))

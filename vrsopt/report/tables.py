@@ -151,10 +151,10 @@ def task_rows(comparison: Comparison, name: str) -> list[tuple[str, ...]]:
 def footer(comparison: Comparison) -> list[str]:
     """Masses, effort, accuracy and what the model leaves out."""
     loading = comparison.loading
-    lines = [
-        f"Take-off mass {loading.takeoff_mass:.1f} kg with {loading.fuel_loaded:.1f} kg of fuel, reserve "
-        f"{loading.reserve_fuel:.1f} kg; duration {comparison.profile.duration:.0f} s",
-    ]
+    fuel = "as given"
+    if math.isfinite(loading.fuel_loaded):
+        fuel = f"with {loading.fuel_loaded:.1f} kg of fuel, reserve {loading.reserve_fuel:.1f} kg"
+    lines = [f"Take-off mass {loading.takeoff_mass:.1f} kg {fuel}; duration {comparison.profile.duration:.0f} s"]
     solver = comparison.summary().get("solver")
     if solver:
         lines.append(
