@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.mission.flight_checks import seen
+from tests.mission.flight_checks import gaps, seen
 from tests.mission.small_missions import BREEZE, HOVER, IDLE, SHEAR, TOUR, climb, cruise, descent, flown
 from vrsopt.errors import InputError
 from vrsopt.mission.profile import Profile
@@ -108,6 +108,17 @@ def test_ground_speed_varies_around_a_circle_in_wind():
         speeds = [s.motion.kinematics(np.linspace(0.0, s.duration, 400)).ground_speed for s in orbit]
         assert np.min(np.concatenate(speeds)) == pytest.approx(low, abs=0.01)
         assert np.max(np.concatenate(speeds)) == pytest.approx(high, abs=0.01)
+
+
+@pytest.mark.parametrize("speed", [20.0, 25.0, 65.0])
+@pytest.mark.parametrize("from_deg", [0.0, 90.0, 200.0])
+def test_a_long_change_of_speed_in_a_turn_ends_at_the_speed_held_after_it(speed, from_deg):
+    """The course turns by radians while the speed changes, and with it the ground speed to end with."""
+    orbit = {**TOUR[8], "speed_m_s": speed, "turn_radius_m": 550.0, "duration_s": 900.0}
+    way = (HOVER, climb(600.0), cruise("north", 50.0), orbit, cruise("home"), descent(), HOVER)
+    profile = flown(*way, wind={"from_deg": from_deg, "speed_m_s": 15.0})
+    for what, gap in gaps(profile).items():
+        assert what == "acceleration" or gap < 1e-7, what
 
 
 def test_a_hover_feels_the_wind_and_the_ground_does_not():

@@ -132,7 +132,7 @@ class Cruise(Task):
         pilot.change_to(self.speed_m_s)
         end = length - _distance_after(pilot, self.speed_m_s, length=length)
         if end < pilot.distance - CLOSED:
-            least = ceil(pilot.distance + length - end - CLOSED)  # from where the way begins, climbs before the cruise included
+            least = ceil(pilot.distance + length - end - CLOSED)  # from where the way and the climbs on it begin
             allowed = f"allowed: a place at least {least} m away, as far as the changes of height and speed go"
             pilot.refuse("to", self.to, f"{allowed}; it is {length:.0f} m away")
         pilot.hold(self.speed_m_s, until=end)

@@ -34,6 +34,7 @@ BRIEFEST = 1e-9  # s, a shorter segment is left out
 CLOSED = 1e-9  # m, how exactly a leg ends at its place
 SWEEPS = 50
 STRAIGHT_ON = 1e6  # m, longer than any leg flown by time or distance
+EXACT = 1e-11  # m/s, over the ground
 HEADING = 1e-9  # rad, a turn by less is none
 
 
@@ -220,13 +221,8 @@ class Pilot:
         In ``duration`` [s]; by default as fast as [handling] allows.
         """
         took = self.change_time(airspeed, climb_rate) if duration is None else duration
-        goal = self.over_ground(airspeed, at=self.distance, altitude=self.altitude)
-        for _ in range(SWEEPS):  # the course at the end depends on how far it is
-            end = self.distance + 0.5 * took * (self.ground_speed + goal)
-            altitude = self.altitude + 0.5 * took * (self.climb_rate + climb_rate)
-            previous, goal = goal, self.over_ground(airspeed, at=end, altitude=altitude)
-            if goal == previous:
-                break
+        altitude = self.altitude + 0.5 * took * (self.climb_rate + climb_rate)
+        goal = self._changed(airspeed, took, altitude)
         rates = ((self.ground_speed, goal), (self.climb_rate, climb_rate))
         ground = None
         if self.ground_speed == 0.0:  # over a place from which it descends, the ground falls away
@@ -236,6 +232,27 @@ class Pilot:
         if took > BRIEFEST:
             self._fly(change((self.distance, self.altitude), rates, took), ground)
         self.ground_speed, self.climb_rate = goal, climb_rate
+
+    def _changed(self, airspeed: float, took: float, altitude: float) -> float:
+        """Ground speed [m/s] with which a change to an airspeed ends at ``altitude``, on the course there."""
+
+        def on_course(goal: float) -> float:  # which depends on how far it is
+            end = self.distance + 0.5 * took * (self.ground_speed + goal)
+            return self.over_ground(airspeed, at=end, altitude=altitude)
+
+        goal = self.over_ground(airspeed, at=self.distance, altitude=self.altitude)
+        for _ in range(SWEEPS):
+            previous, goal = goal, on_course(goal)
+            if abs(goal - previous) <= EXACT:
+                return goal
+        # A long change in a turn may end on many a course: in between there is one that fits
+        fits = brentq(
+            lambda speed: speed - on_course(speed),
+            airspeed - self.wind.strongest,
+            airspeed + self.wind.strongest,
+            xtol=EXACT,
+        )
+        return float(fits)
 
     def hold(self, airspeed: float, climb_rate: float = 0.0, *, until: float = inf, duration: float = inf) -> None:
         """Hold horizontal airspeed and climb rate [m/s] up to a distance [m] along the way or for a time [s]."""

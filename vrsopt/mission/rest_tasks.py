@@ -32,10 +32,6 @@ class _OnTheGround(Task):
         pilot.here(self.kind)
         if pilot.before not in ("", "idle", "ground_idle", "hover"):
             pilot.refuse("kind", self.kind, "allowed: as the first task or after a hover")
-        if pilot.altitude > pilot.ground + SAME_HEIGHT:
-            above = pilot.altitude - pilot.ground
-            allowed = f"allowed: after a hover at most {LIFT_OFF_HEIGHT:g} m above the ground, not at {above:g} m"
-            pilot.refuse("kind", self.kind, allowed)
         pilot.begin(f"{self.kind.replace('_', ' ')} at {pilot.place}", self.kind, mass_change=self.mass_change_kg)
         pilot.stay(self.duration_s)
 

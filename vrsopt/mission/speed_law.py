@@ -19,7 +19,7 @@ from vrsopt.mission.wind import Array, Wind
 
 PEAK = 1.5  # largest slope of the smoothstep over its mean
 SMOOTHSTEP = Polynomial([0.0, 0.0, 3.0, -2.0])
-WIND_DEGREES = (12, 24, 48, 96)  # of the speed over time in wind, as far as it takes
+WIND_DEGREES = (12, 24, 48, 96, 192)  # of the speed over time in wind, as far as it takes
 RESOLVED = 1e-12  # relative, last coefficients of a speed that is written out fully
 COURSE_DEGREE = 24  # a whole circle to 1e-13 degrees
 WIND_SWEEPS = 60
