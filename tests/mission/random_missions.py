@@ -157,6 +157,7 @@ def missions(draw: DrawFn) -> dict[str, Any]:
     tasks = tasks + draw(st.sampled_from([[], [ground], [hover], [hover, ground]]))
     handling = optional(
         acceleration_m_s2=numbers(0.05, 3.0, 1.0),
+        cruise_acceleration_m_s2=numbers(0.05, 3.0, 0.4),
         vertical_acceleration_m_s2=numbers(0.05, 2.0, 0.5),
         bank_deg=numbers(5.0, 45.0, 20.0),
         roll_in_s=numbers(0.5, 10.0, 3.0),
