@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from vrsopt.mission.profile import Profile, Segment
-from vrsopt.mission.route import Point, Stay
+from tests.schedule.smooth_profiles import jumping_profile
+from vrsopt.mission.profile import Profile
 from vrsopt.schedule.path_model import PathValues
 
 GRAVITY, RADIUS, BLADE_AREA = 9.80665, 4.912, 5.305
@@ -89,30 +89,6 @@ class AnalyticModel:
         return ca.Function("node", [*x, c], [fuel_flow, ca.vertcat(*limits)]), self.coefficients
 
 
-def build_profile(*tasks: dict[str, Any]) -> Profile:
-    """Profile of tasks given by ``task`` and ``duration``, and what differs from a hover at sea level."""
-    time, altitude, segments = 0.0, tasks[0].get("altitude", 0.0), []
-    for task in tasks:
-        speed, climb = task.get("speed", 0.0), task.get("climb", 0.0)
-        end = altitude + task["duration"] * speed * np.sin(climb)
-        segment = Segment(
-            task=task["task"],
-            kind=task.get("kind", task["task"]),
-            start=time,
-            duration=task["duration"],
-            speed=speed,
-            climb_angle=climb,
-            load_factor=task.get("load", 1.0),
-            altitude_start=altitude,
-            altitude_end=end,
-            mass_change=task.get("mass_change", 0.0),
-            path=Stay(Point(0.0, 0.0)),
-        )
-        segments.append(segment)
-        time, altitude = time + task["duration"], end
-    return Profile(tuple(segments))
-
-
 def maker(**settings: Any) -> Callable[[Any], AnalyticModel]:
     """Factory of analytic path models with these aircraft settings."""
     aircraft = Aircraft(**settings)
@@ -120,7 +96,7 @@ def maker(**settings: Any) -> Callable[[Any], AnalyticModel]:
     def make(conditions: Any) -> AnalyticModel:
         rho = 1.225 * (1 - 2.2558e-5 * conditions.altitude) ** 4.2559
         idle = conditions.idle.astype(float)
-        rows = [conditions.speed, rho, np.sin(conditions.climb_angle), conditions.load_factor, idle]
+        rows = [conditions.speed, rho, np.sin(conditions.equivalent_climb_angle), conditions.load_factor, idle]
         return AnalyticModel(aircraft, np.array(rows, dtype=float))
 
     return make
@@ -133,14 +109,14 @@ def make_model() -> Callable[..., Callable[[Any], AnalyticModel]]:
 
 @pytest.fixture(scope="session")
 def make_profile() -> Callable[..., Profile]:
-    return build_profile
+    return jumping_profile
 
 
 @pytest.fixture(scope="session")
 def transport() -> Profile:
     """Two flights with a stop: idle, hover, climb, cruise, descent, pick-up."""
     climb = np.radians(7.12)
-    return build_profile(
+    return jumping_profile(
         {"task": "idle", "duration": 60.0},
         {"task": "hover", "duration": 60.0},
         {"task": "climb", "duration": 80.0, "speed": 40.0, "climb": climb},
@@ -166,7 +142,7 @@ def search() -> Profile:
         pattern.append({"task": "search", "duration": 114.0, "speed": 35.0})
         if leg < 17:
             pattern.append({"task": "search", "duration": 18.0, "speed": 35.0, "load": 1.18})
-    return build_profile(
+    return jumping_profile(
         {"task": "idle", "duration": 120.0},
         {"task": "hover", "duration": 60.0},
         {"task": "climb", "duration": 60.0, "speed": 40.0, "climb": climb},

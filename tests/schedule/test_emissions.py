@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.schedule.smooth_profiles import SmoothFlight
 from vrsopt.combustor.emissions import fit_range
+from vrsopt.helicopter import helicopter
+from vrsopt.schedule.emission_summary import foca_estimates
 from vrsopt.schedule.emissions import PHASES, changes, emitted, nox_fits, phases
 from vrsopt.schedule.nominal import constant_schedule, nominal_schedule
 from vrsopt.schedule.quadrature import filled, mean_of_sides, per_segment, sparse, thinned
@@ -26,13 +29,26 @@ def test_sums_over_phases_are_the_totals_and_a_search_is_loiter(search, make_mod
     assert parts["idle"].nox > 0.0  # the engines run on the ground
 
 
+def test_vertical_climb_counts_as_climb_and_ground_idle_as_idle(make_model):
+    flight = SmoothFlight().hold("idle", 30.0).hold("ground_idle", 60.0).hold("hover", 20.0)
+    profile = flight.change("lift", 6.0, climb_rate=2.0, kind="vertical_climb").hold("climb", 40.0).profile()
+    grid = FlightGrid(profile, make_model())
+    flown = grid.fly(nominal_schedule(profile), takeoff_mass=1900.0)
+    parts = phases(profile, flown.fuel_per_segment, grid.emissions(flown))
+    assert {name: phase.duration for name, phase in parts.items() if phase.duration} == pytest.approx(
+        {"idle": 90.0, "hover": 20.0, "climb": 46.0}
+    )
+    machine = helicopter("bo105")
+    assert foca_estimates(profile, machine.aircraft, machine.engine)[2] == 1
+
+
 def test_what_is_proportional_to_fuel_is_integrated_as_the_fuel_is(transport, make_model):
     grid = FlightGrid(transport, make_model(), step=5.0)
     flight = grid.fly(constant_schedule(transport, rotor_speed=41.0, twist=0.15, name="slow"), takeoff_mass=2100.0)
     flown = grid.emissions(flight)
     np.testing.assert_allclose(flown.per_segment["co2"], 3.1 * flight.fuel_per_segment, rtol=1e-9)
     np.testing.assert_allclose(flown.flow["co2"], 3.1 * flight.fuel_flow, rtol=1e-9)
-    assert flown.quadrature_error["co2"] == pytest.approx(3.1 * flight.quadrature_error, rel=1e-6)
+    assert flown.quadrature_error["co2"] == pytest.approx(3.1 * flight.quadrature_error, rel=1e-4)
 
 
 def test_trapezoid_is_of_second_order_and_its_estimate_honest():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.schedule.smooth_profiles import surveillance
 from vrsopt.errors import InputError
 from vrsopt.schedule.nominal import constant_schedule, nominal_schedule
 from vrsopt.schedule.refly import FlightGrid
@@ -31,16 +32,59 @@ def test_fuel_proportional_to_mass_burns_exponentially_and_mass_events_add_up(ma
     assert flight.success
 
 
-def test_quadrature_error_estimate_is_honest_and_of_second_order(transport, make_model):
-    schedule = nominal_schedule(transport)
+@pytest.fixture(scope="module")
+def smooth():
+    """A take-off, turns of 3 s, and a landing."""
+    return surveillance(6)
+
+
+def test_quadrature_error_estimate_is_honest_and_of_second_order(make_profile, make_model):
+    profile = make_profile(
+        {"task": "climb", "duration": 320.0, "speed": 40.0, "climb": np.radians(6.0)},
+        {"task": "descent", "duration": 160.0, "speed": 40.0, "climb": np.radians(-3.0)},
+    )
+    flights = [
+        FlightGrid(profile, make_model(), step=step).fly(nominal_schedule(profile), takeoff_mass=2000.0)
+        for step in (40.0, 20.0, 10.0, 0.5)
+    ]
+    error = np.array([abs(flight.fuel - flights[3].fuel) for flight in flights[:3]])
+    assert [flight.quadrature_error for flight in flights[:3]] == pytest.approx(error, rel=0.1)
+    np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 2.0, atol=0.1)
+
+
+def test_a_second_resolves_rolls_of_three_seconds(smooth, make_model):
+    schedule = nominal_schedule(smooth)
     fuel, estimate = [], []
-    for step in (30.0, 15.0, 7.5, 0.5):
-        flight = FlightGrid(transport, make_model(), step=step).fly(schedule, takeoff_mass=2150.0)
+    for step in (1.0, 0.5, 0.1):
+        flight = FlightGrid(smooth, make_model(), step=step).fly(schedule, takeoff_mass=2150.0)
         fuel.append(flight.fuel)
         estimate.append(flight.quadrature_error)
-    error = np.abs(np.array(fuel[:3]) - fuel[3])
-    assert np.all(error < 2.0 * np.array(estimate[:3]))
-    assert np.log2(error[0] / error[2]) / 2 > 1.7
+    assert estimate[0] < 2e-5 * fuel[0]
+    assert fuel[0] == pytest.approx(fuel[2], rel=2e-5)
+    assert abs(fuel[1] / fuel[0] - 1.0) < 2e-4  # twice the resolution in time
+
+
+def test_every_segment_has_an_even_number_of_steps(smooth, make_model):
+    grid = FlightGrid(smooth, make_model())
+    steps = np.bincount(grid.segment) - 1
+    assert np.all(steps % 2 == 0) and np.all(np.diff(grid.time) <= 1.0 + 1e-9)
+    with pytest.raises(InputError, match="step = 0.0"):
+        FlightGrid(smooth, make_model(), step=0.0)
+
+
+def test_a_mass_outside_the_model_is_named_and_only_where_it_is_flown(make_profile, make_model):
+    """Before the pick-up fuel is burned: the sum of take-off mass and pick-up is above the bound, the mass is not."""
+    profile = make_profile(
+        {"task": "cruise", "duration": 3000.0, "speed": 40.0},
+        {"task": "pick-up", "kind": "hover", "duration": 60.0, "mass_change": 360.0},
+    )
+    grid = FlightGrid(profile, make_model())
+    flight = grid.fly(nominal_schedule(profile), takeoff_mass=2200.0)
+    assert flight.mass.max() < 2500.0 < 2200.0 + 360.0
+    with pytest.raises(InputError, match=r"gross mass = 25\d\d.\d kg at 3000 s \(pick-up\).* from 1400.0 to 2500.0"):
+        grid.fly(nominal_schedule(profile), takeoff_mass=2300.0)
+    mass, burned = grid.burned(nominal_schedule(profile), takeoff_mass=2300.0)
+    assert mass.max() > 2500.0 and burned[-1] > flight.fuel
 
 
 def test_kinetic_energy_of_a_speed_change_and_back_is_returned(make_profile, make_model):

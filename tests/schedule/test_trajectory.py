@@ -10,7 +10,7 @@ from vrsopt.errors import InputError
 from vrsopt.mission.profile import Profile
 from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.limiter import rate_limited_schedule
-from vrsopt.schedule.mesh import MeshOptions, graded_steps, make_mesh
+from vrsopt.schedule.mesh import MeshOptions
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.resimulation import mesh_error, resimulation_error
@@ -20,27 +20,6 @@ from vrsopt.solvers.status import Status
 
 SETTINGS = ScheduleSettings()
 FREE_RATES = ScheduleSettings(rotor_speed_rate=None, twist_rate=None)
-
-
-def test_mesh_has_the_task_edges_and_small_steps_at_them(search):
-    mesh = make_mesh(search)
-    assert 200 <= len(mesh) <= 500
-    np.testing.assert_allclose(mesh.end[:-1], mesh.start[1:], rtol=0, atol=1e-9)
-    assert set(np.round(search.edges[:-1], 6)) <= set(np.round(mesh.start, 6))
-    assert mesh.step.max() <= 60.0
-    first = np.flatnonzero(np.diff(mesh.segment)) + 1
-    assert mesh.step[first].max() < 4.0
-    growth = mesh.step[1:] / mesh.step[:-1]
-    assert growth[np.diff(mesh.segment) == 0].max() <= 2.0 + 1e-9
-
-
-def test_steps_grow_only_from_the_edges_where_conditions_jump():
-    steps = graded_steps(600.0, MeshOptions(), small_at=(True, False))
-    assert steps.sum() == pytest.approx(600.0)
-    assert steps[0] < 2.0 + 1e-9 and np.all(np.diff(steps) > -1e-9)
-    assert np.ptp(graded_steps(600.0, MeshOptions(), small_at=(False, False))) < 1e-9
-    with pytest.raises(InputError, match="growth"):
-        MeshOptions(growth=1.0)
 
 
 def test_derivatives_of_the_nlp_are_those_of_automatic_differentiation(transport, make_model):
@@ -145,7 +124,7 @@ def test_multipliers_are_positive_only_where_a_limit_is_active(search, make_mode
     active = solution.limit_multipliers["blade loading"] > 1e-6
     assert 0.3 < solution.mesh.step[active].sum() / search.duration < 1.0
     for begin, end in zip(solution.mesh.start[active], solution.mesh.end[active], strict=True):
-        during = (flight.time > begin - 0.6) & (flight.time < end + 0.6)
+        during = (flight.time > begin - 1.0) & (flight.time < end + 1.0)
         assert flight.limits[0, during].max() > -5e-3
     assert np.all(solution.limit_multipliers["torque"] < 1e-4)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Expression: TypeAlias = Callable[[Mapping[str, Any]], Any]
 
 STATES = ("mass", "rotor_speed", "twist", "rotor_speed_rate")
-CONDITIONS = ("time", "speed", "altitude", "climb_angle", "load_factor")
+CONDITIONS = ("time", "speed", "altitude", "climb_angle", "equivalent_climb_angle", "load_factor")
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Additions:
     """Functions of a mapping of named quantities, in SI units, each returning a CasADi expression.
 
     The names are ``mass``, ``rotor_speed``, ``twist``, ``rotor_speed_rate``, ``fuel_flow``, ``time``, ``speed``,
-    ``altitude``, ``climb_angle``, ``load_factor`` and those of the aircraft's limits.
+    ``altitude``, ``climb_angle``, ``equivalent_climb_angle``, ``load_factor`` and those of the aircraft's limits.
     ``limits``: name -> expression that must not be above zero in flight, of order one.
     ``cost``: expression per second whose integral is minimised in place of the fuel.
     """

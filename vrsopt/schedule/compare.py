@@ -19,27 +19,27 @@ from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.limits import Limits
 from vrsopt.mission.file import Mission
-from vrsopt.mission.loading import TakeoffLoading, close_takeoff_mass
+from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Conditions, Profile
 from vrsopt.mission.track import FlownMission
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
+from vrsopt.schedule.decision import GROUND, decision_nodes
 from vrsopt.schedule.emissions import changes
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.prescribed import prescribed_schedule
+from vrsopt.schedule.refinement import refined_trajectory
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
 from vrsopt.schedule.study_input import DEFAULT, checked_schedules, loaded, read, schedule_settings
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
-from vrsopt.schedule.trajectory import TrajectoryProblem
+from vrsopt.schedule.takeoff import closed_loading, given_loading
 from vrsopt.schedule.verify import fly_physics
-from vrsopt.surrogate.kriging import KrigingState
 from vrsopt.surrogate.store import Surrogate
 
-HEAVY_ENOUGH = 1.3  # times the lightest mass of the surrogate: what no mission burns off
 ORDER = (
     "nominal",
     "pointwise",
@@ -120,7 +120,6 @@ class _Study:
         self.grid = FlightGrid(self.profile, self.make)
         self.nominal = nominal_schedule(self.profile, self.settings)
         self.loading = self._close(self.nominal)
-        self._check_mass()
         _ = self.make.plant.emission_table  # before the searches: what fails should fail at once
 
     def compare(self, names: Sequence[str], variables: Variables) -> Comparison:
@@ -137,6 +136,7 @@ class _Study:
                 settings=settings,
                 genetic=GeneticOptions(seed=self.seed),
                 workers=self.workers,
+                grid=self.grid,
             )
             if "prescribed" in names:
                 found["prescribed"] = prescribed_schedule(
@@ -152,7 +152,7 @@ class _Study:
         trajectory = None
         if "trajectory" in names:
             self.say("trajectory")
-            trajectory = TrajectoryProblem(self.profile, self.make, settings=settings).solve(mass)
+            trajectory = refined_trajectory(self.grid, self.make, takeoff_mass=mass, settings=settings)
             found["trajectory"] = replace(trajectory.schedule, name="trajectory")
         self.say("re-flight on the physics")
         return Comparison(
@@ -209,44 +209,26 @@ class _Study:
 
     def _close(self, schedule: Schedule) -> TakeoffLoading:
         """Take-off mass with which ``schedule`` lands with the reserve; that of a flown track is given."""
+        aircraft = self.machine.aircraft.loading
         if isinstance(self.mission, FlownMission):
             mass = self.mission.takeoff_mass
-            burned = self.grid.fly(schedule, takeoff_mass=mass).fuel
-            return TakeoffLoading(mass, math.nan, burned, math.nan, mass - burned)
-        return self._closed(schedule, self.mission)
-
-    def _closed(self, schedule: Schedule, mission: Mission) -> TakeoffLoading:
-        loading = self.machine.aircraft.loading
-        state: KrigingState = self.surrogate.models["main_rotor_power"].state_
-        lightest = float(state.lower[state.names.index("mass")])
-        seconds = 60 * mission.loading.reserve_minutes
-
-        def burn(mass: float) -> float:
-            try:
-                return self.grid.fly(schedule, takeoff_mass=mass).fuel
-            except InputError:
-                if mass > HEAVY_ENOUGH * lightest:
-                    raise
-                # The first iterates carry no fuel and may lie below the sampled box: a heavier aircraft stands in,
-                # as the lightest one does for the reserve.
-                return self.grid.fly(schedule, takeoff_mass=HEAVY_ENOUGH * lightest).fuel
-
-        closed = close_takeoff_mass(
-            burn,
-            lambda landing_mass: seconds * self._endurance_flow(max(landing_mass, lightest)),
-            zero_fuel_mass=mission.loading.zero_fuel_mass,
-            payload_change=float(np.sum(self.profile.mass_changes)),
-            max_takeoff_mass=loading.largest_mass,
-            tank_capacity=loading.fuel_capacity,
+            return given_loading(self.grid, schedule, takeoff_mass=mass, aircraft=aircraft)
+        return closed_loading(
+            self.grid,
+            schedule,
+            loading=self.mission.loading,
+            aircraft=aircraft,
+            endurance_flow=self._endurance_flow,
         )
-        self.grid.fly(schedule, takeoff_mass=closed.takeoff_mass)  # raises if the solution itself is below the box
-        return closed
 
     def _endurance_flow(self, landing_mass: float) -> float:
-        """Fuel flow [kg/s] at the speed of best endurance, nominal rotor, where the mission ends."""
-        values = self._reserve_model.evaluate(
-            np.full(len(RESERVE_SPEEDS), landing_mass), self.settings.nominal_rotor_speed, self.settings.nominal_twist
-        )
+        """Fuel flow [kg/s] at the speed of best endurance, nominal rotor, where the mission ends.
+
+        At the nearest mass for which the aircraft's model holds, where it does not: what is tried on the way.
+        """
+        model = self._reserve_model
+        mass = np.clip(np.full(len(RESERVE_SPEEDS), landing_mass), *model.bounds["mass"])
+        values = model.evaluate(mass, self.settings.nominal_rotor_speed, self.settings.nominal_twist)
         return float(np.min(values.fuel_flow))
 
     @cached_property
@@ -254,25 +236,19 @@ class _Study:
         end = self.profile.conditions(len(self.profile.segments) - 1, self.profile.duration)
         return self.make(Conditions.level(RESERVE_SPEEDS, float(end.altitude)))
 
-    def _check_mass(self) -> None:
-        """The aircraft may be heaviest after a pick-up; raises :class:`NoSolutionError` above its largest mass."""
-        flight = self.grid.fly(self.nominal, takeoff_mass=self.loading.takeoff_mass)
-        node = int(np.argmax(flight.mass))
-        largest = self.machine.aircraft.loading.largest_mass
-        if flight.mass[node] > largest:
-            task = self.profile.segments[flight.segment[node]].task
-            raise NoSolutionError(
-                f"{self.mission.name}: gross mass {flight.mass[node]:.0f} kg at {flight.time[node]:.0f} s ({task}), "
-                f"{flight.mass[node] - largest:.0f} kg over the largest mass {largest:g} kg"
-            )
-
     def _band(self, settings: ScheduleSettings) -> Band:
         """Rotor speeds within 0.5 % of least fuel at the decision nodes in flight, at the nominal schedule's mass."""
-        grid = FlightGrid(self.profile, self.make, step=60.0)
-        flying = np.flatnonzero(~np.asarray(grid.conditions.idle))
-        mass = grid.fly(self.nominal, takeoff_mass=self.loading.takeoff_mass).mass[flying]
-        model = grid.model.nodes(flying)
+        nodes = decision_nodes(self.profile, 60.0)
+        model = self.make(nodes.conditions())
+        mass = self.grid.burned(self.nominal, takeoff_mass=self.loading.takeoff_mass)[0]
+        mass = nodes.interpolated(self.grid, mass)
         box = settings.box(model.bounds)
         optima = batched_minimum(model, mass, box=box)
         lower, upper = rotor_speed_band(model, mass, optima=optima, box=box)
-        return Band(grid.segment[flying], grid.time[flying], lower, upper)
+        flying = nodes.search != GROUND
+        return Band(
+            nodes.segment[flying],
+            nodes.time[flying],
+            nodes.spread(lower, math.nan)[flying],
+            nodes.spread(upper, math.nan)[flying],
+        )

@@ -1,7 +1,7 @@
 """The schedule that takes the least fuel flow at every decision step by itself, blind to rates of change.
 
 The reference study's method: NSGA-II on rotor speed and twist, population 25 per variable. The nested grids of
-:mod:`vrsopt.schedule.batched` give the same optimum much faster; they are its check and the start of the trajectory.
+:mod:`vrsopt.schedule.batched` give the same optimum much faster: they say at which mass and at which nodes to search.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from vrsopt.errors import InputError
 from vrsopt.schedule.batched import PointOptima, batched_minimum
+from vrsopt.schedule.decision import DecisionNodes, decision_nodes
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import FlightGrid, Violation
@@ -21,9 +22,13 @@ from vrsopt.solvers.status import Status
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
     from vrsopt.schedule.genetic import GeneticOptions
+    from vrsopt.schedule.path_model import PathModel
+    from vrsopt.schedule.refly import Flight
 
 Method = Literal["nsga2", "batched"]
-MASS_SWEEPS = 2
+MASS_SWEEPS = 2  # the second moves the mass by grams
+MAX_SWEEPS = 8
+CHECKED_LIMIT = 0.5 * ON_LIMIT  # breaches between nodes above which there is another node: NSGA-II scatters a little
 
 
 def pointwise_schedule(
@@ -37,77 +42,101 @@ def pointwise_schedule(
     genetic: GeneticOptions | None = None,
     workers: int = 1,
     progress: bool = False,
+    grid: FlightGrid | None = None,
 ) -> Schedule:
     """Least fuel flow at each decision node, at most ``decision_step`` [s] apart and at both ends of every segment.
 
-    The mass history burns the schedule's own fuel: two sweeps of batched optimum and flight, of which the second moves
-    the mass by grams only; NSGA-II then searches at that mass. The result does not depend on ``workers``. A node
-    without any allowed point, or one stopped by the cap on the generations, makes ``success`` false.
+    The mass history burns the schedule's own fuel: sweeps of batched optimum and flight on the fine ``grid`` (made if
+    there is none). Where the flight between two nodes breaks a limit that both of them keep, there will be a node.
+    NSGA-II then searches at these nodes and masses. The result does not depend on ``workers``. A node without any
+    allowed point, or one stopped by the cap on the generations, makes ``success`` false.
     """
     settings = settings or ScheduleSettings()
     if method not in ("nsga2", "batched"):
         raise InputError(f"pointwise schedule: method = {method}: must be nsga2 or batched")
-    grid = FlightGrid(profile, make_path_model, step=decision_step)
-    flying = np.flatnonzero(~np.asarray(grid.conditions.idle))
-    if not len(flying):
-        raise InputError("pointwise schedule: profile: has no task in flight, only idle")
-    model = grid.model.nodes(flying)
-    box = settings.box(model.bounds)
+    nodes = decision_nodes(profile, decision_step)
+    grid = grid or FlightGrid(profile, make_path_model)
     schedule = nominal_schedule(profile, settings)
-    for _ in range(MASS_SWEEPS):
-        mass = grid.fly(schedule, takeoff_mass=takeoff_mass).mass
-        optima = batched_minimum(model, mass[flying], box=box)
-        schedule = _schedule(grid, flying, optima, settings)
+    model = make_path_model(nodes.conditions())
+    for sweep in range(MAX_SWEEPS):
+        mass = _mass(nodes, grid, schedule, takeoff_mass, model)
+        box = settings.box(model.bounds)
+        schedule = _schedule(nodes, model, batched_minimum(model, mass, box=box), settings)
+        if sweep + 1 < MASS_SWEEPS:
+            continue
+        more = _broken_between(nodes, grid.fly(schedule, takeoff_mass=takeoff_mass))
+        if not len(more):
+            break
+        nodes = nodes.with_nodes(grid.segment[more], grid.time[more])
+        model = make_path_model(nodes.conditions())
     if method == "batched":
         return schedule
 
     from vrsopt.schedule.genetic import GeneticOptions, genetic_minimum  # pymoo is slow to import
 
     genetic = genetic or GeneticOptions()
-    mass = grid.fly(schedule, takeoff_mass=takeoff_mass).mass
-    optima, generations = genetic_minimum(
-        model, mass[flying], box=box, options=genetic, workers=workers, progress=progress
-    )
-    return _schedule(grid, flying, optima, settings, generations=generations, cap=genetic.most_generations)
+    mass = _mass(nodes, grid, schedule, takeoff_mass, model)
+    optima, generations = genetic_minimum(model, mass, box=box, options=genetic, workers=workers, progress=progress)
+    return _schedule(nodes, model, optima, settings, generations=generations, cap=genetic.most_generations)
+
+
+def _mass(
+    nodes: DecisionNodes, grid: FlightGrid, schedule: Schedule, takeoff_mass: float, model: PathModel
+) -> np.ndarray:
+    """Mass (m,) [kg] at the searches of ``nodes`` when ``schedule`` is flown, within what the model holds for."""
+    mass = nodes.interpolated(grid, grid.burned(schedule, takeoff_mass=takeoff_mass)[0])
+    return np.clip(mass, *model.bounds["mass"])
+
+
+def _broken_between(nodes: DecisionNodes, flight: Flight) -> np.ndarray:
+    """Nodes of the fine grid, one between any two decision nodes between which a limit is broken."""
+    excess = np.max(flight.limits, axis=0)
+    found = []
+    edges = np.flatnonzero(np.diff(nodes.segment) == 0)
+    for before in edges:
+        inside = (flight.segment == nodes.segment[before]) & (flight.time > nodes.time[before] + 1e-6)
+        between = np.flatnonzero(inside & (flight.time < nodes.time[before + 1] - 1e-6))
+        if len(between):
+            worst = between[np.argmax(excess[between])]
+            if excess[worst] > CHECKED_LIMIT:
+                found.append(int(worst))
+    return np.array(found, dtype=int)
 
 
 def _schedule(
-    grid: FlightGrid,
-    flying: np.ndarray,
+    nodes: DecisionNodes,
+    model: PathModel,
     optima: PointOptima,
     settings: ScheduleSettings,
     *,
     generations: np.ndarray | None = None,
     cap: int = 0,
 ) -> Schedule:
-    """Schedule of the optima at the ``flying`` nodes of the decision grid and nominal values elsewhere."""
-    rotor_speed = np.full(len(grid.time), settings.nominal_rotor_speed)
-    twist = np.full(len(grid.time), settings.nominal_twist)
-    rotor_speed[flying], twist[flying] = optima.rotor_speed, optima.twist
-    status, message = Status.CONVERGED, ""
-    details = {"nodes": float(len(flying))}
+    """Schedule of the optima of the searches at the decision nodes, with nominal values in idle."""
+    status, message, count = Status.CONVERGED, "", len(optima.rotor_speed)
+    details = {"nodes": float(count)}
     if generations is not None:
         capped = int(np.sum(generations >= cap))
         details |= {"mean_generations": float(generations.mean()), "nodes_at_generation_cap": float(capped)}
         if capped:
             status = Status.ITERATION_LIMIT
-            message = f"{capped} of {len(flying)} nodes stopped at the cap of {cap} generations"
+            message = f"{capped} of {count} nodes stopped at the cap of {cap} generations"
     worst = int(np.argmax(optima.excess))
     if optima.excess[worst] > ON_LIMIT:
-        node = flying[worst]
+        node = nodes.first[worst]
         violation = Violation(
-            grid.model.limit_names[optima.nearest_limit[worst]],
-            grid.profile.segments[grid.segment[node]].task,
-            float(grid.time[node]),
+            model.limit_names[optima.nearest_limit[worst]],
+            nodes.profile.segments[nodes.segment[node]].task,
+            float(nodes.time[node]),
             float(optima.excess[worst]),
         )
         status, message = Status.INFEASIBLE, f"no rotor speed and twist meet the limits: at best {violation}"
     return Schedule(
         name="pointwise",
-        segment=grid.segment,
-        time=grid.time,
-        rotor_speed=rotor_speed,
-        twist=twist,
+        segment=nodes.segment,
+        time=nodes.time,
+        rotor_speed=nodes.spread(optima.rotor_speed, settings.nominal_rotor_speed),
+        twist=nodes.spread(optima.twist, settings.nominal_twist),
         success=status is Status.CONVERGED,
         status=status,
         message=message,

@@ -2,7 +2,8 @@
 
 The flown schedule is the given one sampled at the grid nodes and linear between them, so the rate of the rotor speed
 is constant over a step. Fuel flow is evaluated at both ends of each step with the rate of that step and integrated with
-the trapezoidal rule: jumps of the rate cost no accuracy and the rotor's kinetic energy is conserved exactly.
+the trapezoidal rule: jumps of the rate cost no accuracy and the rotor's kinetic energy is conserved exactly. Every
+segment has an even number of steps, so that every second node is a uniform grid too and shows the quadrature error.
 """
 
 from __future__ import annotations
@@ -11,22 +12,25 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vrsopt.errors import InputError
 from vrsopt.schedule.emissions import Emitted, emitted
 from vrsopt.schedule.path_model import PathModelFactory, PathValues
 from vrsopt.schedule.quadrature import mean_of_sides, thinned
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
 
 if TYPE_CHECKING:
-    from vrsopt.mission.profile import Profile
+    from vrsopt.mission.profile import Conditions, Profile
 
 logger = logging.getLogger(__name__)
 
 MASS_TOLERANCE = 1e-10  # of the take-off mass: where the sweeps over the mass history stop
 MAX_SWEEPS = 30
+SAME_MASS = 1e-6  # kg, by which a mass may be outside those for which the aircraft's model holds
 JUMP = 1e-9  # relative change across a segment edge that counts as a jump
 
 
@@ -72,16 +76,33 @@ class Flight:
         return float(np.sum(self.fuel_per_segment))
 
 
+@dataclass(frozen=True)
+class _Sweeps:
+    """The last sweep over the mass history: at which mass (N,) [kg] the aircraft was evaluated, the values there, the
+    fuel burned (N,) [kg], how far it moved [kg], and the number of sweeps."""
+
+    mass: np.ndarray
+    values: PathValues
+    burned: np.ndarray
+    change: float
+    count: int
+
+
 class FlightGrid:
     """The fine grid of a mission and the aircraft along it, built once and flown with any schedule."""
 
     def __init__(self, profile: Profile, make_path_model: PathModelFactory, *, step: float = 1.0) -> None:
         """Nodes at most ``step`` [s] apart, with both ends of every segment."""
         self.profile = profile
-        self.conditions = profile.grid(step)
+        self.conditions = even_grid(profile, step)
         self.model = make_path_model(self.conditions)
         self.segment = np.asarray(self.conditions.segment)
         self.time = np.asarray(self.conditions.time, dtype=float)
+
+    @cached_property
+    def mass_bounds(self) -> np.ndarray:
+        """Least and largest mass (2, N) [kg] for which the aircraft's model holds at the nodes."""
+        return np.array([np.broadcast_to(bound, self.time.shape) for bound in self.model.bounds["mass"]])
 
     @cached_property
     def _all(self) -> np.ndarray:
@@ -132,32 +153,51 @@ class FlightGrid:
         """Limits (m, N) of both sides of the nodes together; idle, where a schedule has no say, as -inf."""
         return np.where(np.asarray(self.conditions.idle), -np.inf, np.max(values.limits, axis=-1))
 
+    def burned(self, schedule: Schedule, *, takeoff_mass: float) -> tuple[np.ndarray, np.ndarray]:
+        """Mass (N,) [kg] from ``takeoff_mass`` before the mission's first mass change, and fuel burned (N,) [kg].
+
+        Where the aircraft's model does not hold for the mass, the nearest mass for which it does burns in its place:
+        what is found there shows how far off a take-off mass is, and no more.
+        """
+        burned = self._sweep(takeoff_mass, *schedule.at(self.segment, self.time)).burned
+        return self.mass_after(takeoff_mass, burned), burned
+
+    def _sweep(self, takeoff_mass: float, rotor_speed: np.ndarray, twist: np.ndarray) -> _Sweeps:
+        rate, step = self.rates(rotor_speed)
+        burned, change, count = np.zeros(len(self.time)), np.inf, 0
+        while change > MASS_TOLERANCE * takeoff_mass and count < MAX_SWEEPS:  # ends on a change that is no number too
+            count += 1
+            mass = np.clip(self.mass_after(takeoff_mass, burned), *self.mass_bounds)
+            values = self._evaluate(mass, rotor_speed, twist, rate)
+            previous, burned = burned, self._burn(values.fuel_flow, self._all, step)
+            change = float(np.max(np.abs(burned - previous)))
+        return _Sweeps(mass, values, burned, change, count)
+
     def fly(self, schedule: Schedule, *, takeoff_mass: float) -> Flight:
         """Integrate dm/dt = -fuel_flow with the mission's mass changes, from ``takeoff_mass`` [kg] before the first.
 
         Sweeps over the whole time line until the mass history is a fixed point to 1e-10 of the take-off mass. Where the
-        aircraft's model gives no number the fuel is not a number either, and the message names the place.
+        aircraft's model gives no number the fuel is not a number either, and the message names the place. Raises
+        InputError where the mass is one for which the model does not hold.
         """
         rotor_speed, twist = schedule.at(self.segment, self.time)
-        rate, step = self.rates(rotor_speed)
-        burned, change, sweeps = np.zeros(len(self.time)), np.inf, 0
-        while change > MASS_TOLERANCE * takeoff_mass and sweeps < MAX_SWEEPS:  # ends on a change that is no number too
-            sweeps += 1
-            mass = self.mass_after(takeoff_mass, burned)
-            values = self._evaluate(mass, rotor_speed, twist, rate)
-            previous, burned = burned, self._burn(values.fuel_flow, self._all, step)
-            change = float(np.max(np.abs(burned - previous)))
-        logger.debug("flown %s: %d sweeps, %.4f kg", schedule.name, sweeps, burned[-1])
-        coarse_rate, coarse_step = self.rates(rotor_speed, self._coarse)
-        coarse = self._burn(self._evaluate(mass, rotor_speed, twist, coarse_rate).fuel_flow, self._coarse, coarse_step)
+        last = self._sweep(takeoff_mass, rotor_speed, twist)
+        values, burned = last.values, last.burned
+        mass = self.mass_after(takeoff_mass, burned)
+        self.check_mass(mass)
+        logger.debug("flown %s: %d sweeps, %.4f kg", schedule.name, last.count, burned[-1])
+        rate, step = self.rates(rotor_speed, self._coarse)
+        coarse = self._burn(self._evaluate(last.mass, rotor_speed, twist, rate).fuel_flow, self._coarse, step)
         limits = self.flyable_limits(values)
         violations = self.worst(limits)
-        problem = self._problem(values, change, takeoff_mass) or "; ".join(str(violation) for violation in violations)
+        problem = self._problem(values, last.change, takeoff_mass) or "; ".join(
+            str(violation) for violation in violations
+        )
         return Flight(
             schedule=schedule,
             segment=self.segment,
             time=self.time,
-            mass=self.mass_after(takeoff_mass, burned),
+            mass=mass,
             rotor_speed=rotor_speed,
             twist=twist,
             fuel_flow=mean_of_sides(values.fuel_flow, self.segment),
@@ -167,12 +207,25 @@ class FlightGrid:
             quadrature_error=abs(float(coarse[-1] - burned[-1])) / 3.0,
             max_rotor_speed_rate=self._max_rate(rotor_speed),
             max_twist_rate=self._max_rate(twist),
-            time_on_limits=self._time_on_limits(limits, step),
+            time_on_limits=self._time_on_limits(limits),
             violations=violations,
-            sweeps=sweeps,
+            sweeps=last.count,
             success=not problem and schedule.success,
             message=problem or schedule.message,
         )
+
+    def check_mass(self, mass: np.ndarray) -> None:
+        """Raises InputError for the mass (N,) [kg] that is furthest outside those for which the model holds."""
+        low, high = self.mass_bounds
+        outside = np.maximum(mass - high, low - mass)
+        node = int(np.argmax(np.where(np.isnan(outside), -np.inf, outside)))
+        if outside[node] > SAME_MASS:
+            task = self.profile.segments[self.segment[node]].task
+            load = float(self.conditions.load_factor[node])
+            raise InputError(
+                f"gross mass = {mass[node]:.1f} kg at {self.time[node]:.0f} s ({task}): the aircraft's model holds "
+                f"from {low[node]:.1f} to {high[node]:.1f} kg there, at a load factor of {load:.2f}"
+            )
 
     def emissions(self, flight: Flight) -> Emitted:
         """What a flight of this grid emits; apart from the flight because a search for schedules does not need it."""
@@ -203,7 +256,23 @@ class FlightGrid:
             return float("inf")
         return float(np.max(np.abs(self.rates(values)[0])))
 
-    def _time_on_limits(self, limits: np.ndarray, step: np.ndarray) -> dict[str, float]:
+    def _time_on_limits(self, limits: np.ndarray) -> dict[str, float]:
+        step = self.rates(self.time)[1]
         weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
         share = (np.abs(limits) <= ON_LIMIT) @ weight / np.sum(weight)
         return dict(zip(self.model.limit_names, share.tolist(), strict=True))
+
+
+def even_grid(profile: Profile, step: float) -> Conditions:
+    """Conditions on uniform steps of at most ``step`` [s] in each segment, an even number of them.
+
+    Raises InputError for a step that is not a number above 0.
+    """
+    if not 0.0 < step < float("inf"):
+        raise InputError(f"flight grid: step = {step!r}: allowed: a number above 0")
+    segments, times = [], []
+    for index, item in enumerate(profile.segments):
+        count = 2 * ceil(item.duration / (2.0 * step) - 1e-9)
+        times.append(np.linspace(item.start, item.end, count + 1))
+        segments.append(np.full(count + 1, index))
+    return profile.conditions(np.concatenate(segments), np.concatenate(times))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -25,6 +24,7 @@ from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Violation
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
+from vrsopt.schedule.trajectory_solution import Trajectory
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
 from vrsopt.solvers.status import Status
 
@@ -35,31 +35,8 @@ Ends = Literal["pinned", "free", "periodic"]
 TOLERANCE = 1e-7
 MAX_ITERATIONS = 300
 ACCEPTED_RESIDUAL = 1e-6  # largest scaled defect or limit of a solution that counts
+__all__ = ["Trajectory", "TrajectoryProblem"]
 DEFECTS = ("fuel burned", "fuel burned at midpoints", "rotor speed rate", "twist rate")
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """Solution of the whole-mission problem; N intervals, m limits.
-
-    Without success ``schedule`` is IPOPT's last iterate, ``message`` names what it could not meet.
-    """
-
-    schedule: Schedule
-    fuel: float  # kg, as the NLP integrates it
-    mass: np.ndarray  # kg at the nodes of ``schedule``
-    mesh: Mesh
-    # (N,) kg of fuel still to be burned per kg more of mass, at the end of each interval; nan with a cost of one's own
-    mass_costate: np.ndarray
-    limit_multipliers: dict[str, np.ndarray]  # name -> (N,) largest multiplier of a limit in each interval
-    regularisation: float  # kg, what the penalty on the rates adds to the objective
-    max_residual: float  # scaled
-    iterations: int
-    build_s: float
-    solve_s: float
-    success: bool
-    status: Status
-    message: str
 
 
 class TrajectoryProblem:
@@ -71,7 +48,7 @@ class TrajectoryProblem:
         make_path_model: PathModelFactory,
         *,
         settings: ScheduleSettings | None = None,
-        mesh: MeshOptions | None = None,
+        mesh: MeshOptions | Mesh | None = None,
         ends: Ends = "pinned",
         additions: Additions | None = None,
         regularisation: float = 1e-6,
@@ -87,7 +64,7 @@ class TrajectoryProblem:
         if ends not in ("pinned", "free", "periodic"):
             raise InputError(f"trajectory: ends = {ends}: must be pinned, free or periodic")
         self.profile, self.settings, self.ends = profile, settings or ScheduleSettings(), ends
-        self.mesh = make_mesh(profile, mesh)
+        self.mesh = mesh if isinstance(mesh, Mesh) else make_mesh(profile, mesh, settings=self.settings)
         self._points = tr.make_points(self.mesh)
         self._mass_added = np.cumsum(profile.mass_changes)[self.mesh.segment]
         conditions = profile.conditions(self._points.segment, self._points.time)
