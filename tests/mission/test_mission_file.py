@@ -28,7 +28,7 @@ AT_ENDS = "allowed for the first and the last task: idle, ground_idle, hover"
 # every table and every key there is
 COMPLETE = small(
     *TOUR,
-    wind=SHEAR,
+    wind={**SHEAR, "speed_m_s": [0.0, 0.0, 0.0]},  # still air is flown faster
     isa_offset_k=10.0,
     limits={
         "rotor_speed_percent": [80.0, 110.0],
