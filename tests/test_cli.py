@@ -65,7 +65,7 @@ def small_design(tmp_path) -> Path:
     path = tmp_path / "doe.db"
     shutil.copy(resources.files("vrsopt") / "data" / "design.db", path)
     with sqlite3.connect(path) as connection:
-        connection.execute("DELETE FROM points WHERE point >= 130")
+        connection.execute("DELETE FROM points WHERE point >= 190")
     connection.close()
     return path
 
@@ -256,8 +256,8 @@ def test_sample_resume_and_refusal_to_overwrite(capsys, tmp_path):
 def test_fit_writes_a_surrogate_and_its_figures(capsys, tmp_path, small_design):
     out = tmp_path / "surrogate.nc"
     figures = run_json(capsys, "fit", small_design, "--out", out)
-    assert figures["samples"] == 130
-    assert 100 <= figures["flyable"] <= figures["converged"] <= 130
+    assert figures["samples"] == 190
+    assert 100 <= figures["flyable"] <= figures["converged"] <= 190
     for case in ("flyable", "converged"):
         assert list(figures["outputs"]["main_rotor_power"][case]) == FIT_KEYS
         assert figures["outputs"]["main_rotor_power"][case]["pearson_percent"] > 95

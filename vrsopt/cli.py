@@ -276,6 +276,8 @@ def solve(
     check_folder(out)
     from vrsopt.schedule.study_input import read
 
+    if wind_from_deg is None and wind_speed is not None:
+        raise InputError(f"solve: wind_speed = {wind_speed:g}: allowed with wind_from_deg, where the wind blows from")
     task = read(
         mission, mass=mass, isa_offset=isa_offset, wind=None if wind_from_deg is None else (wind_from_deg, wind_speed)
     )

@@ -20,7 +20,7 @@ from vrsopt.mission.wind import Wind
 Array = NDArray[Any]
 SLOWEST = 1e-6  # m/s, below it a direction of flight is that of the track
 # rad/s: what pushes an almost standing aircraft sideways is no turn but a tilt, and counts as load factor
-FASTEST_TURN = 0.5
+FASTEST_TURN = 0.9
 
 
 @dataclass(frozen=True)
