@@ -1,28 +1,18 @@
-"""Flies the tasks of a mission one after the other: keeps position, height and speed, and writes the segments.
+"""Flies the tasks of a mission one after the other: what a task asks of the places and of the tasks around it.
 
-Heights are pressure altitudes; the elevations of places count as such. Speeds are through the air, ways over the
-ground. Every change of horizontal or vertical speed takes its time, see :mod:`vrsopt.mission.speed_law`.
+Elevations of places count as pressure altitudes. How the aircraft moves is in :mod:`vrsopt.mission.flyer`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import copy
-from math import inf, radians, sin, sqrt, tan
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from numpy.polynomial import Chebyshev
-from scipy.optimize import brentq
-
-from vrsopt.atmosphere import GRAVITY
 from vrsopt.errors import InputError
-from vrsopt.mission.chain import Chain
+from vrsopt.mission.flyer import Flyer
 from vrsopt.mission.join import direct_to
-from vrsopt.mission.motion import PathMotion
-from vrsopt.mission.route import Leg, Path, Pose, Spiral, Stay
-from vrsopt.mission.route import Way as Pieces
-from vrsopt.mission.segment import ON_THE_GROUND, Kind, Segment
-from vrsopt.mission.speed_law import PEAK, SpeedLaw, change, change_duration, course_along, ground_speed, hold
+from vrsopt.mission.route import Leg, Path
+from vrsopt.mission.segment import ON_THE_GROUND, Kind
 from vrsopt.mission.tasks import MassEvent
 from vrsopt.mission.turns import end_of, turn
 
@@ -30,40 +20,24 @@ if TYPE_CHECKING:
     from vrsopt.mission.file import Mission, Place
 
 SAME_HEIGHT = 1e-6  # m
-BRIEFEST = 1e-9  # s, a shorter segment is left out
-CLOSED = 1e-9  # m, how exactly a leg ends at its place
-SWEEPS = 50
 STRAIGHT_ON = 1e6  # m, longer than any leg flown by time or distance
-EXACT = 1e-11  # m/s, over the ground
-HEADING = 1e-9  # rad, a turn by less is none
 
 
-class Pilot:
-    """Where the aircraft is and how it moves while the tasks are gone through."""
+class Pilot(Flyer):
+    """Knows which task is flown, at which place the aircraft is and to which it goes."""
 
     def __init__(self, mission: Mission) -> None:
-        self.mission, self.handling, self.wind = mission, mission.handling, mission.wind.field
-        self.segments: list[Segment] = []
+        start = mission.places[mission.start]
+        super().__init__(mission.handling, mission.wind.field, point=start.point, elevation=start.elevation_m)
+        self.mission = mission
         # what happens between tasks is told to the task after it
         self.numbers = [number for number, task in enumerate(mission.tasks) if not isinstance(task, MassEvent)]
         self.tasks: list[Any] = [mission.tasks[number] for number in self.numbers]
         self.index = 0  # of the task being flown, among these
-        self.label = ""
-        self.kind: Kind = "idle"
-        self.mass_change = 0.0  # kg, for the next segment
-        self.time = 0.0
         self.place: str | None = mission.start  # None away from any place
-        self.point = mission.places[mission.start].point
-        self.ground = mission.places[mission.start].elevation_m  # m, of the place where it last stood
-        self.altitude = self.ground
-        self.ground_speed = self.climb_rate = 0.0
-        self.chain: Chain | None = None  # the way being flown; None at rest
         self.goal: str | None = None  # place at the end of the way
         self.leg: int | None = None  # index of the cruise whose way it is
-        self.distance = 0.0  # along the way
         self.trial = False  # a copy that only finds out how far it gets
-
-    # what tasks ask
 
     def refuse(self, field: str, value: Any, allowed: str, *, task: int | None = None) -> NoReturn:
         """Raises :class:`InputError` about a field of a task, by default the one being flown."""
@@ -108,35 +82,6 @@ class Pilot:
             allowed = f"allowed: a place no higher than {self.altitude:g} m, the altitude flown there"
             self.refuse(field, place, f"{allowed}; its elevation is {elevation:g} m", task=task)
 
-    # at rest
-
-    def stay(self, duration: float) -> None:
-        """Remain where it is for ``duration`` [s]."""
-        still = Chebyshev([0.0], domain=[0.0, duration])
-        self._add(Stay(self.point), SpeedLaw(duration, still, still + self.altitude), self.ground)
-
-    def lift(self, altitude: float, rate: float) -> None:
-        """Go vertically to ``altitude`` [m] at up to ``rate`` [m/s]."""
-        rise, largest = altitude - self.altitude, self.handling.vertical_acceleration_m_s2
-        rate = min(rate, sqrt(abs(rise) * largest / PEAK))  # a short lift does not reach its rate
-        if rate == 0.0:
-            return
-        upward, changing = (rate if rise > 0.0 else -rate), PEAK * rate / largest
-        steady = abs(rise) / rate - changing
-        for rates, duration in (((0.0, upward), changing), ((upward, upward), steady), ((upward, 0.0), changing)):
-            if duration > BRIEFEST:
-                law = change((0.0, self.altitude), ((0.0, 0.0), rates), duration)
-                self._add(Stay(self.point), law, self.ground)
-                self.altitude = float(law.altitude(duration))
-        self.altitude = altitude
-
-    def lift_time(self, rise: float, rate: float) -> float:
-        """Time [s] that :meth:`lift` takes for ``rise`` [m]."""
-        rate = min(rate, sqrt(abs(rise) * self.handling.vertical_acceleration_m_s2 / PEAK))
-        return abs(rise) / rate + PEAK * rate / self.handling.vertical_acceleration_m_s2 if rate else 0.0
-
-    # ways
-
     def toward(self, place: str, speed: float) -> None:
         """Take up the way to a place: a turn toward it, then straight."""
         target = self.mission.places[place].point
@@ -161,32 +106,9 @@ class Pilot:
         self.follow([*pieces, Leg(*end_of(pieces, self.pose), STRAIGHT_ON)])
 
     def follow(self, pieces: Iterable[Path], *, goal: str | None = None) -> None:
-        """Take up a way from where the aircraft is."""
-        self.chain, self.goal, self.leg, self.distance, self.place = Chain(pieces), goal, None, 0.0, None
-
-    @property
-    def pose(self) -> Pose:
-        """Position and course; at rest the course is north."""
-        return Pose(self.point, 0.0) if self.chain is None else self.chain.pose(self.distance)
-
-    def levelled(self, roll_length: float) -> Pieces:
-        """The roll-out of a turn in which the aircraft is; nothing in straight flight."""
-        if self.chain is None:
-            return []
-        piece, start, _ = self.chain.piece_at(self.distance)
-        curvature = float(piece.curvature(self.distance - start))
-        if abs(curvature) * roll_length < HEADING:
-            return []
-        return [Spiral.from_pose(self.pose, roll_length, curvatures=(curvature, 0.0))]
-
-    def turn_size(self, speed: float, *, least: float = 0.0) -> dict[str, float]:
-        """Radius, at ``least`` this [m], and roll length of a turn with the bank of [handling].
-
-        Of the faster of now and ``speed``, with the wind from behind.
-        """
-        fastest = max(speed, self.ground_speed) + self.wind.strongest
-        radius = fastest**2 / (GRAVITY * tan(radians(self.handling.bank_deg)))
-        return {"radius": max(radius, least), "roll_length": fastest * self.handling.roll_in_s}
+        """Take up a way from where the aircraft is, to a place or to nowhere."""
+        self.take(pieces, ground_ahead=None if goal is None else self.mission.places[goal].elevation_m)
+        self.goal, self.leg, self.place = goal, None, None
 
     def arrive(self) -> None:
         """End the way over its place."""
@@ -197,153 +119,3 @@ class Pilot:
     def rest(self) -> None:
         """Stand over the place, at the end of the way to it."""
         self.chain, self.leg, self.ground_speed, self.climb_rate = None, None, 0.0, 0.0
-
-    # speeds
-
-    def over_ground(self, airspeed: float, *, at: float, altitude: float) -> float:
-        """Ground speed [m/s] at horizontal airspeed [m/s], ``at`` a distance along the way; 0 is rest."""
-        assert self.chain is not None
-        if airspeed == 0.0 or self.wind.calm:
-            return airspeed
-        return float(ground_speed(airspeed, self.chain.pose(at).heading_deg, altitude, self.wind))
-
-    def change_time(self, airspeed: float, climb_rate: float) -> float:
-        """Time [s] of a change to horizontal airspeed and climb rate [m/s], as fast as [handling] allows."""
-        goal = self.over_ground(airspeed, at=self.distance, altitude=self.altitude)
-        handling, rests = self.handling, 0.0 in (self.ground_speed, airspeed)
-        horizontal = handling.acceleration_m_s2 if rests else handling.cruise_acceleration_m_s2
-        largest = (horizontal, handling.vertical_acceleration_m_s2)
-        return change_duration((goal - self.ground_speed, climb_rate - self.climb_rate), largest)
-
-    def change_to(self, airspeed: float, climb_rate: float = 0.0, *, duration: float | None = None) -> None:
-        """Change smoothly to horizontal airspeed and climb rate [m/s]; airspeed 0 is rest over the ground.
-
-        In ``duration`` [s]; by default as fast as [handling] allows.
-        """
-        took = self.change_time(airspeed, climb_rate) if duration is None else duration
-        altitude = self.altitude + 0.5 * took * (self.climb_rate + climb_rate)
-        goal = self._changed(airspeed, took, altitude)
-        rates = ((self.ground_speed, goal), (self.climb_rate, climb_rate))
-        ground = None
-        if self.ground_speed == 0.0:  # over a place from which it descends, the ground falls away
-            ground = self.ground if altitude >= self.ground else None
-        elif airspeed == 0.0 and self.goal is not None:
-            ground = self.mission.places[self.goal].elevation_m
-        if took > BRIEFEST:
-            self._fly(change((self.distance, self.altitude), rates, took), ground)
-        self.ground_speed, self.climb_rate = goal, climb_rate
-
-    def _changed(self, airspeed: float, took: float, altitude: float) -> float:
-        """Ground speed [m/s] with which a change to an airspeed ends at ``altitude``, on the course there."""
-
-        def on_course(goal: float) -> float:  # which depends on how far it is
-            end = self.distance + 0.5 * took * (self.ground_speed + goal)
-            return self.over_ground(airspeed, at=end, altitude=altitude)
-
-        goal = self.over_ground(airspeed, at=self.distance, altitude=self.altitude)
-        for _ in range(SWEEPS):
-            previous, goal = goal, on_course(goal)
-            if abs(goal - previous) <= EXACT:
-                return goal
-        # A long change in a turn may end on many a course: in between there is one that fits
-        fits = brentq(
-            lambda speed: speed - on_course(speed),
-            airspeed - self.wind.strongest,
-            airspeed + self.wind.strongest,
-            xtol=EXACT,
-        )
-        return float(fits)
-
-    def hold(self, airspeed: float, climb_rate: float = 0.0, *, until: float = inf, duration: float = inf) -> None:
-        """Hold horizontal airspeed and climb rate [m/s] up to a distance [m] along the way or for a time [s]."""
-        assert self.chain is not None
-        end = self.time + duration
-        while until - self.distance > CLOSED and end - self.time > BRIEFEST:
-            piece, start, corner = self.chain.piece_at(self.distance)
-            goal = min(until, corner)
-            longest = min(end - self.time, self._time_to_wind_level(climb_rate))
-            farthest = min(goal, self.distance + (airspeed + self.wind.strongest) * longest)
-            course = None if self.wind.calm else course_along(piece, start, self.distance, farthest)
-            law, arrived = self._hold_to(goal, (airspeed, climb_rate), course, longest=longest)
-            self._add(piece, SpeedLaw(law.duration, law.distance - start, law.altitude))
-            self.ground_speed = float(law.distance.deriv()(law.duration))
-            self.distance = goal if arrived else float(law.distance(law.duration))
-            self.altitude = float(law.altitude(law.duration))
-        self.climb_rate = climb_rate
-
-    def _time_to_wind_level(self, climb_rate: float) -> float:
-        """Time [s] at ``climb_rate`` [m/s] to the next altitude at which the wind has a corner."""
-        if self.wind.calm or climb_rate == 0.0:
-            return inf
-        times = ((level - self.altitude) / climb_rate for level in self.wind.altitude)
-        return min((time for time in times if time > BRIEFEST), default=inf)
-
-    def _hold_to(
-        self, goal: float, speeds: tuple[float, float], course: Chebyshev | None, *, longest: float
-    ) -> tuple[SpeedLaw, bool]:
-        """The law up to the distance ``goal`` [m], or for at most ``longest`` [s], and whether it gets there."""
-        begin = (self.distance, self.altitude)
-        took = (goal - self.distance) / self.over_ground(speeds[0], at=self.distance, altitude=self.altitude)
-        for _ in range(SWEEPS):
-            law = hold(course, begin, speeds, min(took, longest), self.wind)
-            missing = goal - float(law.distance(law.duration))
-            if took >= longest and missing > CLOSED:
-                return law, False
-            if abs(missing) <= 0.1 * CLOSED:
-                break
-            took = law.duration + missing / float(law.distance.deriv()(law.duration))
-        return law, True
-
-    def steep(self, altitude: float, speed: float, climb_angle: float, *, then: float) -> None:
-        """Climb or descend to ``altitude`` [m] at airspeed [m/s] and angle [rad], and level off at horizontal ``then``.
-
-        A change of height too small for that angle is flown at a flatter one.
-        """
-        rise = altitude - self.altitude
-
-        def rates(size: float) -> tuple[float, float]:
-            return sqrt(speed**2 - size**2), size if climb_angle > 0.0 else -size
-
-        def taken(size: float) -> tuple[float, float]:
-            horizontal, vertical = rates(size)
-            after = copy(self)
-            after.ground_speed = self.over_ground(horizontal, at=self.distance, altitude=self.altitude)
-            after.climb_rate = vertical
-            return self.change_time(horizontal, vertical), after.change_time(then, 0.0)
-
-        def excess(size: float) -> float:
-            return 0.5 * size * sum(taken(size)) - abs(rise)
-
-        size = speed * abs(sin(climb_angle))
-        flatter = excess(size) > 0.0
-        if flatter:
-            size = float(brentq(excess, 0.0, size, xtol=1e-14, rtol=1e-14))
-        (horizontal, vertical), (_, levelling) = rates(size), taken(size)
-        self.change_to(horizontal, vertical)
-        left = altitude - self.altitude - 0.5 * levelling * vertical
-        if not flatter and left / vertical > BRIEFEST:
-            self.hold(horizontal, vertical, duration=left / vertical)
-        self.change_to(then, 0.0, duration=levelling)
-        self.altitude = altitude
-
-    # segments
-
-    def _fly(self, law: SpeedLaw, ground: float | None) -> None:
-        """A law along the way, as one segment on each piece of it."""
-        assert self.chain is not None
-        begin, distance = 0.0, self.distance
-        while law.duration - begin > BRIEFEST:
-            piece, start, corner = self.chain.piece_at(distance)
-            end = law.time_at(corner)
-            part = law.part(begin, end)
-            self._add(piece, SpeedLaw(part.duration, part.distance - start, part.altitude), ground)
-            begin, distance = end, corner
-        self.distance = float(law.distance(law.duration))
-        self.altitude = float(law.altitude(law.duration))
-
-    def _add(self, piece: Path, law: SpeedLaw, ground: float | None = None) -> None:
-        """A segment over ground of that elevation [m], None where it does not matter."""
-        motion = PathMotion(piece, law.distance, law.altitude)
-        self.segments.append(Segment(self.label, self.kind, self.time, law.duration, self.mass_change, motion, ground))
-        self.time += law.duration
-        self.mass_change = 0.0
