@@ -42,11 +42,12 @@ def test_ground_idle_is_left_alone_as_idle_is(make_model):
 
 
 def test_a_roll_has_its_edges_only_and_a_change_of_speed_more():
-    profile = SmoothFlight().hold("cruise", 90.0).change("cruise", 40.0, speed=40.0).turn("cruise", 24.0).profile()
+    flight = SmoothFlight().hold("cruise", 90.0).change("cruise", 40.0, speed=40.0).hold("cruise", 20.0)
+    profile = flight.turn("cruise", 24.0).hold("cruise", 20.0).profile()
     nodes = decision_nodes(profile, 60.0)
-    assert np.bincount(nodes.segment).tolist() == [3, 8, 2, 2, 2]
-    more = nodes.with_nodes(np.array([2]), np.array([131.0]))
-    assert np.bincount(more.segment).tolist() == [3, 8, 3, 2, 2]
+    assert np.bincount(nodes.segment).tolist() == [3, 8, 2, 2, 2, 2, 2]
+    more = nodes.with_nodes(np.array([3]), np.array([151.0]))
+    assert np.bincount(more.segment).tolist() == [3, 8, 2, 3, 2, 2, 2]
     assert len(more.first) == len(nodes.first) + 1 and np.all(np.diff(more.time) >= 0.0)
 
 

@@ -1,16 +1,23 @@
 """Meshes of missions that jump and of missions that go on smoothly."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.schedule.smooth_profiles import SmoothFlight, rescue, surveillance
 from vrsopt.errors import InputError
+from vrsopt.mission.file import read_mission
+from vrsopt.mission.profile import Profile
+from vrsopt.schedule.decision import decision_nodes
 from vrsopt.schedule.mesh import Grading, Mesh, MeshOptions, graded_steps, make_mesh
 from vrsopt.schedule.refinement import broken_intervals, refined_trajectory
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.schedule.smoothness import smoothness
 from vrsopt.schedule.trajectory import TrajectoryProblem
+
+PROBLEMS = Path(__file__).parents[2] / "problems"
 
 
 def complete(mesh, profile):
@@ -86,10 +93,11 @@ def test_steps_grow_from_the_graded_ends():
 
 def test_few_intervals_are_respected_but_changes_resolved():
     profile = rescue()
-    few, fewer = (complete(make_mesh(profile, MeshOptions(most_intervals=most)), profile) for most in (300, 10))
-    assert len(few) <= 300
-    pieces = np.maximum(np.ceil(smoothness(profile).changes), 1.0)
-    assert np.all(np.bincount(fewer.segment) >= pieces)
+    few, fewer = (complete(make_mesh(profile, MeshOptions(most_intervals=most)), profile) for most in (450, 10))
+    assert len(fewer) < len(few) <= 450
+    shape = smoothness(profile)
+    pieces = np.maximum(np.where(shape.rolls, 2, np.ceil(2.0 * shape.changes)), 1.0)
+    assert np.all(np.bincount(fewer.segment) >= pieces) and len(fewer) < 1.5 * pieces.sum()
 
 
 def test_splitting_adds_edges_and_nothing_else():
@@ -133,3 +141,10 @@ def test_a_limit_broken_between_nodes_splits_the_mesh(turns, make_model):
     flight = grid.fly(solution.schedule, takeoff_mass=1900.0)
     assert solution.success and flight.success, flight.message
     assert 1 < solution.rounds <= 5 and len(coarse) < len(solution.mesh) < 3 * len(coarse)
+
+
+@pytest.mark.parametrize("name", ["sarm", "lem", "patm"])
+def test_the_shipped_missions_stay_affordable(name):
+    profile = Profile.of(read_mission(PROBLEMS / f"{name}.toml"))
+    assert len(complete(make_mesh(profile), profile)) <= 600
+    assert len(decision_nodes(profile, 60.0).first) <= 300

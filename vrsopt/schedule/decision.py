@@ -78,6 +78,7 @@ def decision_nodes(profile: Profile, step: float) -> DecisionNodes:
     shape, edges = smoothness(profile), np.asarray(profile.edges)
     if np.all(shape.idle):
         raise InputError("pointwise schedule: profile: has no task in flight, only idle")
-    pieces = np.maximum(np.ceil(np.diff(edges) / step - 1e-9), np.maximum(1.0, np.ceil(shape.changes))).astype(int)
+    linear = np.where(shape.rolls, 1.0, np.maximum(1.0, np.ceil(shape.changes)))
+    pieces = np.maximum(np.ceil(shape.durations / step - 1e-9), linear).astype(int)
     times = [np.linspace(start, end, count + 1) for start, end, count in zip(edges, edges[1:], pieces, strict=False)]
     return DecisionNodes(profile, shape, np.repeat(np.arange(len(pieces)), pieces + 1), np.concatenate(times))

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 COARSEN = 1.1  # factor on the first step while the mesh has too many intervals
 STEEPEST_GROWTH = 100.0  # beside rolls
-ROLL = 6.0  # s, a varying segment no longer than this is a roll
 ROLL_INTERVALS = 2
+FINER = 2.0  # than what a schedule may take for linear
 LEAST_REACH, LARGEST_REACH = 1.0, 8.0  # s, how far beside a roll its own change of rotor speed is taken to reach
 REACH = 1.1  # times the estimate
 
@@ -31,8 +31,9 @@ class MeshOptions:
     """Steps grow from ``first_step`` [s] at an edge by ``growth`` up to ``largest_step`` [s].
 
     A mission that would need more than ``most_intervals`` has its steps grow faster beside rolls into turns, after that
-    its first steps are made longer, until they suffice or only those are left that resolve changes of the conditions.
-    On the rescue and surveillance missions the default is within 0.002 % of the fuel of a mesh three times as fine.
+    its first steps are made longer, until they suffice; a fifth more than those that resolve changes of the conditions
+    are always allowed. On the rescue and surveillance missions the default is within 0.002 % of the fuel of a mesh
+    three times as fine.
     """
 
     first_step: float = 2.0
@@ -88,13 +89,13 @@ def make_mesh(
 ) -> Mesh:
     """Mesh of a mission for a schedule with the rates of ``settings``."""
     options, settings = options or MeshOptions(), settings or ScheduleSettings()
-    shape, durations = smoothness(profile), np.diff(profile.edges)
-    reach = _reach(shape, durations, settings)
+    shape = smoothness(profile)
+    reach = _reach(shape, settings)
     beside_rolls = options.growth
+    allowed = max(options.most_intervals, 1.2 * sum(_least(shape, reach, options)))
     while True:
-        steps = _steps(shape, durations, reach, options, beside_rolls)
-        total = sum(len(part) for part in steps)
-        if total <= options.most_intervals or options.first_step >= options.largest_step:
+        steps = _steps(shape, reach, options, beside_rolls)
+        if sum(len(part) for part in steps) <= allowed or options.first_step >= options.largest_step:
             break
         if beside_rolls < STEEPEST_GROWTH and np.any(reach > 0.0):
             beside_rolls *= 2.0
@@ -132,9 +133,7 @@ def _filling(steps: np.ndarray, duration: float) -> np.ndarray:
     return steps * (duration / steps.sum())
 
 
-def _steps(
-    shape: Smoothness, durations: np.ndarray, reach: np.ndarray, options: MeshOptions, beside_rolls: float
-) -> list[np.ndarray]:
+def _steps(shape: Smoothness, reach: np.ndarray, options: MeshOptions, beside_rolls: float) -> list[np.ndarray]:
     """Steps of every segment."""
 
     def grading(s: int, edge: int, other: int) -> Grading | None:
@@ -147,27 +146,28 @@ def _steps(
         return Grading(options.first_step, options.growth)
 
     steps: list[np.ndarray] = []
-    for s, duration in enumerate(durations):
+    for s, (duration, least) in enumerate(zip(shape.durations, _least(shape, reach, options), strict=True)):
         if shape.idle[s]:  # nothing is free there, and nothing changes
             steps.append(np.array([duration]))
             continue
-        pieces = ROLL_INTERVALS if reach[s] > 0.0 else np.ceil(shape.changes[s])
         ends = grading(s, s, s - 1), grading(s, s + 1, s + 1)
-        steps.append(
-            graded_steps(duration, largest=min(options.largest_step, duration / max(1, pieces)), gradings=ends)
-        )
+        steps.append(graded_steps(duration, largest=duration / least, gradings=ends))
     return steps
 
 
-def _reach(shape: Smoothness, durations: np.ndarray, settings: ScheduleSettings) -> np.ndarray:
+def _least(shape: Smoothness, reach: np.ndarray, options: MeshOptions) -> np.ndarray:
+    """Intervals (n,) of each segment before any is made for an edge."""
+    changes = np.where(reach > 0.0, ROLL_INTERVALS, np.ceil(FINER * shape.changes))
+    steps = np.where(shape.idle, 1.0, np.ceil(shape.durations / options.largest_step - 1e-9))
+    return np.maximum(steps, np.maximum(changes, 1.0))
+
+
+def _reach(shape: Smoothness, settings: ScheduleSettings) -> np.ndarray:
     """Seconds (n,) before and after each roll in which the rotor speed is changed for its sake; 0 for other segments.
 
-    A roll is short and between held segments. At the same blade loading the rotor speed goes with the root of the load
-    factor, at its rate.
+    At the same blade loading the rotor speed goes with the root of the load factor, at its rate.
     """
     rate = settings.rotor_speed_rate
-    needed = 0.5 * shape.load_change * settings.nominal_rotor_speed / rate if rate else np.zeros(len(durations))
-    beside = np.clip(REACH * 0.5 * (needed - durations), LEAST_REACH, LARGEST_REACH)
-    before, after = np.append(False, shape.held[:-1]), np.append(shape.held[1:], False)
-    alone = before & after & ~shape.jumps[:-1] & ~shape.jumps[1:]
-    return np.where(~shape.held & (durations <= ROLL) & alone, beside, 0.0)
+    needed = 0.5 * shape.load_change * settings.nominal_rotor_speed / rate if rate else np.zeros(len(shape.changes))
+    beside = np.clip(REACH * 0.5 * (needed - shape.durations), LEAST_REACH, LARGEST_REACH)
+    return np.where(shape.rolls, beside, 0.0)

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 # What decides on the best rotor speed and twist: what counts as a jump at an edge, and what change of it a schedule may
 # take for linear. The equivalent climb rate is the airspeed times the sine of the equivalent climb angle.
 JUMPS = {"speed": 0.1, "equivalent_climb_rate": 0.1, "load_factor": 0.005}  # m/s, m/s, -
-RESOLVED = {"speed": 6.0, "equivalent_climb_rate": 3.0, "load_factor": 0.25}
+RESOLVED = {"speed": 6.0, "equivalent_climb_rate": 3.0, "load_factor": 0.05}
 HELD = 0.02  # of RESOLVED: a segment that changes by less is held
+ROLL = 6.0  # s, a varying segment no longer than this, between held ones, is a roll into or out of a turn
 SAMPLING, LEAST_SAMPLES = 2.0, 16  # s between samples at most, intervals between them in a segment at least
 
 
@@ -25,12 +26,21 @@ class Smoothness:
     ``jumps`` (n + 1,): conditions or mass are not continuous there, or it is an end of the mission, where a schedule
     may be pinned. ``changes`` (n,): total variation of the conditions over what a schedule may take for linear.
     ``load_change`` (n,): logarithm of the largest load factor over the smallest. ``idle`` (n,): on the ground.
+    ``durations`` (n,) [s].
     """
 
+    durations: np.ndarray
     jumps: np.ndarray
     changes: np.ndarray
     load_change: np.ndarray
     idle: np.ndarray
+
+    @property
+    def rolls(self) -> np.ndarray:
+        """Segments (n,) that are short and vary, between held ones that they go on from smoothly."""
+        before, after = np.append(False, self.held[:-1]), np.append(self.held[1:], False)
+        smooth = ~self.jumps[:-1] & ~self.jumps[1:]
+        return ~self.held & (self.durations <= ROLL) & before & after & smooth
 
     @property
     def held(self) -> np.ndarray:
@@ -62,6 +72,7 @@ def smoothness(profile: Profile) -> Smoothness:
         changes = np.maximum(changes, np.bincount(index[:-1], inside, len(counts)) / RESOLVED[name])
     load = np.log(nodes.load_factor)
     return Smoothness(
+        durations=np.diff(edges),
         jumps=np.concatenate([[True], jumps, [True]]),
         changes=np.where(idle, 0.0, changes),
         load_change=np.where(idle, 0.0, np.maximum.reduceat(load, first) - np.minimum.reduceat(load, first)),
