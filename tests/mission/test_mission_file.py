@@ -611,7 +611,8 @@ ANYTHING = st.recursive(
 )
 
 
-@settings(deadline=None, max_examples=150, database=None)
+@pytest.mark.slow
+@settings(deadline=None, max_examples=100, database=None)
 @given(which=st.sampled_from(ENTRIES), value=st.one_of(ANYTHING, st.just(DELETE)))
 def test_anything_anywhere_is_read_or_refused_in_one_line(which, value):
     file, path = which

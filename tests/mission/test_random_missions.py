@@ -68,6 +68,7 @@ def check_conditions(mission: Mission, profile: Profile) -> None:
     assert distance(profile.positions(last, profile.duration), mission.places[task].point) < 1e-6
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=150, database=None, suppress_health_check=list(HealthCheck))
 @given(missions())
 def test_random_missions(data):

@@ -110,6 +110,7 @@ def test_ground_speed_varies_around_a_circle_in_wind():
         assert np.max(np.concatenate(speeds)) == pytest.approx(high, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [20.0, 25.0, 65.0])
 @pytest.mark.parametrize("from_deg", [0.0, 90.0, 200.0])
 def test_a_long_change_of_speed_in_a_turn_ends_at_the_speed_held_after_it(speed, from_deg):
@@ -156,6 +157,7 @@ def test_wind_too_strong_is_refused_in_one_line():
     assert str(error.value).endswith(": what leaves at least 1 m/s over the ground")
 
 
+@pytest.mark.slow
 def test_a_radius_too_tight_down_the_wind_is_refused():
     """60 degrees of bank are the most, at the speed over the ground."""
     orbit = {"kind": "loiter", "pattern": "circle", "around": "north", "speed_m_s": 40.0, "duration_s": 300.0}

@@ -140,7 +140,7 @@ class Circle(PatternTask):
     turns: Side = "right"
 
     def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
-        for bearing in range(0, 360, 30):
+        for bearing in range(0, 360, 45):
             yield patterns.circle(
                 centre, bearing, radius=self.turn_radius_m, roll_length=roll_length, right=self.turns == "right"
             )
