@@ -14,6 +14,7 @@ import joblib
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
+from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
@@ -78,7 +79,7 @@ def solve(
     if variables not in ("both", "speed", "twist", "all"):
         raise InputError(f"solve: variables = {variables!r}: one of both, speed, twist, all")
     bar = Progress(console=Console(stderr=True)) if progress else None
-    with bar or nullcontext():
+    with bar or nullcontext(), threadpool_limits(limits=1):  # as in the worker processes: sums round alike
         row = bar.add_task(task.name, total=None) if bar else None
 
         def say(text: str) -> None:
