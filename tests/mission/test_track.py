@@ -218,8 +218,8 @@ def test_a_track_as_a_mission(flight, tmp_path):
     assert set(mission.places) == {"start", "end"} and mission.places["start"].elevation_m == pytest.approx(GROUND)
     assert mission.limits.rotor_speed_percent == (75.0, 115.0)
     for mass, words in (
-        (900.0, "track: mass = 900: allowed: a number from 1400 to 2500"),
-        (float("nan"), "track: mass = nan: allowed"),
+        (900.0, rf"^{path}: take-off mass = 900: allowed: a number from 1400 to 2500"),
+        (float("nan"), rf"^{path}: take-off mass = nan: allowed"),
         (2490.0, rf"{path}: .* mass times load factor up to 2\d\d\d kg, allowed 1400 to 2500.*with less mass"),
     ):
         with pytest.raises(InputError, match=words):

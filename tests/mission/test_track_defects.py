@@ -12,6 +12,7 @@ from tests.mission.noisy_track import (
     Fixes,
     Pilot,
     at,
+    pilot_height,
     record,
     rms,
     surveillance,
@@ -153,7 +154,8 @@ def test_a_fast_descent_without_airspeed_is_refused():
     pilot = Pilot(800.0).fly("cruise", 30.0, speed=30.0).fly("cruise", 60.0).fly("hover", 30.0, speed=0.0, over=30.0)
     pilot.fly("descent", 60.0, climb_rate=-6.0, over=10.0).fly("hover", 60.0, climb_rate=0.0, over=10.0)
     with pytest.raises(
-        InputError, match=r"track: beyond the model: \d+ to \d+ s: descent rate at little airspeed .* m/s"
+        InputError,
+        match=r"track: beyond the model: \d+ to \d+ s: descent rate at little airspeed .* to [\d.]+: leave these",
     ):
         track_profile(track_of(record(pilot.profile(None), QUIET)))
 
@@ -186,3 +188,77 @@ def test_too_little_of_a_track():
         track_profile(junk)
     with pytest.raises(InputError, match=r"track: latitude_deg: \(3,\) values: allowed: as many as times"):
         Track(np.arange(2.0), np.zeros(3), np.zeros(2), np.zeros(2))
+
+
+def on_ground(flight: Profile, time) -> np.ndarray:
+    idle = [(s.start, s.start + s.duration) for s in flight.segments if s.kind == "idle"]
+    return np.any([(time >= start) & (time <= end) for start, end in idle], axis=0)
+
+
+@pytest.mark.parametrize("step", [0.0, 7.62], ids=["exact", "steps of 25 ft"])
+def test_on_the_ground_a_receiver_gives_no_altitude(flight, step):
+    fixes = record(flight, replace(QUIET, interval=3.0))
+    down = on_ground(flight, fixes.time)
+    altitude = np.round(fixes.altitude / step) * step if step else fixes.altitude
+    track = track_of(replace(fixes, altitude=np.where(down, np.nan, altitude)), on_ground=down)
+    found = track_profile(track)
+    assert f"{down.sum()} fixes on the ground have no altitude, the first at 0 s" in "\n".join(found.notes)
+    assert found.beyond == ()
+    grid = found.profile.grid(1.0)
+    assert np.any(grid.idle) and np.ptp(grid.altitude[grid.idle]) < 10.0
+    assert abs(grid.altitude.min() - GROUND) < 10.0
+
+
+def test_a_long_time_on_the_ground_needs_no_altitudes_and_the_nearest_place_gives_them(flight):
+    fixes = record(flight, QUIET)
+    down = on_ground(flight, fixes.time)
+    first, last = fixes.time[~down][0], fixes.time[~down][-1]
+    wait = np.arange(1.0, 900.0)
+    time = np.concatenate([fixes.time[fixes.time <= last], last + wait])
+    latitude, longitude, altitude = (
+        np.concatenate([values[fixes.time <= last], np.full(len(wait), values[-1])])
+        for values in (fixes.latitude, fixes.longitude, fixes.altitude)
+    )
+    stands = (time < first) | (time > last)
+    silent = Track(time, latitude, longitude, np.where(stands, np.nan, altitude), on_ground=stands)
+    grid = track_profile(silent).profile.grid(1.0)
+    assert np.all(np.abs(grid.altitude[grid.idle] - GROUND) < 10.0)
+    with pytest.raises(InputError, match="track: no altitude from .* gaps of at most 600 s"):
+        track_profile(replace(silent, on_ground=None))
+
+
+def test_altitudes_are_not_carried_on_beyond_the_known_ones(flight):
+    fixes = record(flight, QUIET)
+    unknown = (fixes.time < 500.0) | (fixes.time > fixes.time[-1] - 200.0)
+    found = track_profile(track_of(replace(fixes, altitude=np.where(unknown, np.nan, fixes.altitude))))
+    words = f"{unknown.sum()} fixes at the ends of the track have no altitude: the first or last known one is kept"
+    assert words in found.notes
+    known = fixes.altitude[~unknown]
+    grid = found.profile.grid(1.0)
+    assert known.min() - 3.0 < grid.altitude.min() and grid.altitude.max() < known.max() + 3.0
+
+
+def test_an_outlier_at_the_end_of_a_climb_leaves_the_altitude_before_it():
+    pilot = Pilot(300.0).fly("cruise", 100.0, speed=40.0).fly("climb", 100.0, climb_rate=4.0, over=10.0)
+    fixes = record(pilot.profile(None), replace(QUIET, interval=5.0))
+    altitude = fixes.altitude.copy()
+    altitude[-1] += 60.0
+    found = track_profile(track_of(replace(fixes, altitude=altitude)))
+    assert any("1 altitudes left out, the first at 195 s: they need" in note for note in found.notes)
+    assert abs(found.profile.grid(1.0).altitude[-1] - altitude[-2]) < 5.0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5])
+def test_noise_in_a_quick_landing_is_no_vortex_ring(seed):
+    pilot = Pilot().fly("idle", 90.0).fly("hover", 4.0, climb_rate=1.0, over=2.0)
+    pilot.fly("hover", 20.0, climb_rate=0.0, over=2.0).fly("climb", 45.0, speed=39.7, climb_rate=5.0, over=45.0)
+    pilot.fly("climb", 40.0).fly("cruise", 10.0, speed=40.0, climb_rate=0.0, over=10.0).fly("cruise", 200.0)
+    down = (pilot_height(pilot) - GROUND - 2.0 - 4.0 * 17.5) / 4.0
+    pilot.fly("descent", 10.0, climb_rate=-4.0, over=10.0).fly("descent", down)
+    pilot.fly("descent", 25.0, speed=0.0, climb_rate=0.0, over=25.0).fly("hover", 10.0)
+    pilot.fly("hover", 4.0, climb_rate=(GROUND - pilot_height(pilot)) / 4.0, over=2.0)
+    pilot.fly("idle", 2.0, climb_rate=0.0, over=2.0).fly("idle", 60.0)
+    noise = replace(QUIET, interval=3.0, correlated=2.0, white=1.5, white_vertical=2.0)
+    found = track_profile(track_of(record(pilot.profile(), noise, seed=seed)))
+    assert any("smoothed more there" in note for note in found.notes)
+    assert all(stretch.quantity == "equivalent climb angle" for stretch in found.beyond)

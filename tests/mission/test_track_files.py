@@ -150,3 +150,10 @@ def test_gpx_tracks_are_joined_in_the_order_of_time_and_routes_stand_in(tmp_path
     route = read(tmp_path, gpx(f"<rte>{points(tag='rtept')}</rte>"), "flight.gpx")
     assert len(route) == len(TIMES)
     assert len(read(tmp_path, gpx(), "without_suffix")) == len(TIMES)
+
+
+def test_ground_instead_of_an_altitude(tmp_path):
+    rows = [f"{t},{47 + 3.6e-4 * max(t - 20, 0):.6f},8,{'ground' if t < 20 else 1640}" for t in TIMES]
+    track = read(tmp_path, "\n".join(["timestamp,lat,lon,alt_baro", *rows]))
+    assert list(track.on_ground) == [t < 20 for t in TIMES]
+    assert np.all(np.isnan(track.altitude) == track.on_ground)

@@ -175,8 +175,9 @@ def test_files_that_are_not_there(tmp_path):
         (tmp_path / ("n" * 300), "can not be read"),
         (tmp_path / "a\0b", "can not be read"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(InputError, match=words) as caught:
             read_track(path)
+        assert str(caught.value).count(str(path)) == 1 and str(caught.value).count(words) == 1
 
 
 def test_a_file_too_large_is_not_read(tmp_path):

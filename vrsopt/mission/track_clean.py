@@ -65,7 +65,11 @@ def cleaned(track: Track) -> Fixes:
     table = _merged(table, CLOSEST, notes, f"fixes less than {CLOSEST:g} s after another: averaged with it")
     table[3, ~_possible_altitudes(track, table, notes)] = np.nan
     _check_length(track, table)
+    table[3] = _ground_altitudes(table, notes)
     table = _bridged(track, table, notes)
+    table[3], held = _ends_held(table[3], np.isfinite(table[3]))
+    if held:
+        notes.append(f"{held} fixes at the ends of the track have no altitude: the first or last known one is kept")
     table[0] -= table[0, 0]
     time, latitude, longitude, altitude, ground = table
     return Fixes(time, latitude, longitude, altitude, None if track.on_ground is None else ground, tuple(notes))
@@ -157,11 +161,50 @@ def _possible_altitudes(track: Track, table: Array, notes: list[str]) -> Array:
 
     kept = best_chain(len(known), cost)
     _say_dropped(track, time, kept, notes, "altitudes", f"{ALTITUDE_RATES[1]:g} m/s up or down")
-    if missing := table.shape[1] - len(known):
+    inside = slice(known[0], known[-1]) if len(known) else slice(0)
+    if missing := int(np.sum(~np.isfinite(table[3, inside]) & (table[4, inside] <= 0.5))):
         notes.append(f"{missing} fixes have no altitude: taken from the smoothed altitudes around them")
     use = np.zeros(table.shape[1], dtype=bool)
     use[known[kept]] = True
     return use
+
+
+def _ground_altitudes(table: Array, notes: list[str]) -> Array:
+    """Altitudes, with one for each stay on the ground where the receiver gives none.
+
+    That of other fixes of the same stay, else the lower one of the flight just before and after.
+    """
+    time, altitude, down = table[0], table[3].copy(), table[4] > 0.5
+    known = np.flatnonzero(np.isfinite(table[3]))
+    breaks = np.flatnonzero((np.diff(down.astype(int)) != 0) | (np.diff(time) > SHORT_GAP)) + 1
+    given = []
+    for stay in np.split(np.arange(len(time)), breaks):
+        missing = stay[~np.isfinite(altitude[stay])]
+        if not down[stay[0]] or not len(missing):
+            continue
+        within = known[(known >= stay[0]) & (known <= stay[-1])]
+        if not len(within):
+            beside = np.concatenate([known[known < stay[0]][-1:], known[known > stay[-1]][:1]])
+            apart = np.maximum(time[stay[0]] - time[beside], time[beside] - time[stay[-1]])
+            within = beside[apart <= max(SHORT_GAP, float(np.min(apart)))]
+            altitude[missing] = np.min(table[3, within])
+        else:
+            altitude[missing] = np.median(table[3, within])
+        given += [*missing]
+    if given:
+        notes.append(
+            f"{len(given)} fixes on the ground have no altitude, the first at {time[given[0]] - time[0]:.0f} s: "
+            "taken as those of the nearest fixes, the lower of two"
+        )
+    return altitude
+
+
+def _ends_held(altitude: Array, known: Array) -> tuple[Array, int]:
+    """Altitudes, the first and last ``known`` ones kept to the ends: no curve is carried on; and how many that are."""
+    first, *_, last = np.flatnonzero(known)
+    held = altitude.copy()
+    held[:first], held[last + 1 :] = altitude[first], altitude[last]
+    return held, int(first + len(altitude) - 1 - last)
 
 
 def _say_dropped(track: Track, time: Array, kept: Array, notes: list[str], what: str, limit: str) -> None:

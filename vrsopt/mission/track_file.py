@@ -38,17 +38,21 @@ def read_track(path: str | Path) -> Track:
 
 def read_bytes(path: Path) -> bytes:
     """The content of a file that is there, is not empty and not too large; raises :class:`InputError`."""
+    problem, content = "", b""
     try:
         size = path.stat().st_size
         if path.is_dir():
-            raise InputError(f"{path}: can not be read: it is a folder")
-        if size > LARGEST:
-            raise InputError(f"{path}: {size} bytes: allowed: at most {LARGEST}")
-        content = path.read_bytes()
+            problem = "can not be read: it is a folder"
+        elif size > LARGEST:
+            problem = f"{size} bytes: allowed: at most {LARGEST}"
+        else:
+            content = path.read_bytes()
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: can not be read: {getattr(error, 'strerror', None) or error}") from None
+    if problem:
+        raise InputError(f"{path}: {problem}")
     if not content.strip():
         raise InputError(f"{path}: empty: allowed: a flown track, CSV or GPX")
     return content

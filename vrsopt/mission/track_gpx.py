@@ -57,8 +57,8 @@ def parse_gpx(text: str, *, where: str, name: str) -> Track:
     try:
         return Track(
             time=seconds - seconds.min(),
-            latitude_deg=np.array([point.latitude for point in points], dtype=float),
-            longitude_deg=np.array([point.longitude for point in points], dtype=float),
+            latitude_deg=latitude,
+            longitude_deg=longitude,
             altitude=altitude,
             name=name,
             begin=datetime.fromtimestamp(float(seconds.min()), UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
