@@ -33,6 +33,7 @@ STEPS = (0.5, 2.0)  # s, beside the 1 s of the comparison
 WEATHERS = {
     "ISA -20 K": {"isa_offset_k": -20.0},
     "ISA +20 K": {"isa_offset_k": 20.0},
+    "5 m/s from west": {"wind": {"from_deg": 270.0, "speed_m_s": 5.0}},
     "10 m/s from west": {"wind": {"from_deg": 270.0, "speed_m_s": 10.0}},
 }
 TURNING = 1.005  # load factor from which a steady turn counts
@@ -180,7 +181,11 @@ def weather_table(missions: dict[str, Mission]) -> Iterator[str]:
     rows = []
     for mission in missions.values():
         for text, weather in WEATHERS.items():
-            comparison = vrsopt.solve(in_weather(mission, weather), schedules=("nominal", "trajectory"))
+            try:
+                comparison = vrsopt.solve(in_weather(mission, weather), schedules=("nominal", "trajectory"))
+            except (vrsopt.InputError, vrsopt.NoSolutionError) as refusal:
+                rows.append((mission.name, text, *5 * ("-",), str(refusal)))
+                continue
             summary = comparison.summary()
             nominal, best = (summary["schedules"][name] for name in ("nominal", "trajectory"))
             rows.append(

@@ -1,5 +1,7 @@
 """Wind, and flight in it, against the triangle of velocities."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from tests.mission.flight_checks import gaps, seen
 from tests.mission.small_missions import BREEZE, HOVER, IDLE, SHEAR, TOUR, climb, cruise, descent, flown
 from vrsopt.errors import InputError
 from vrsopt.mission.profile import Profile
+from vrsopt.mission.route import WGS84
 from vrsopt.mission.wind import CALM, Wind
 
 NORTHERLY = {"from_deg": 0.0, "speed_m_s": 10.0}
@@ -171,3 +174,35 @@ def test_a_radius_too_tight_down_the_wind_is_refused():
             except InputError as error:
                 assert radius < least
                 assert "tasks[3].turn_radius_m = " in str(error) or "tasks[3]: turn" in str(error)
+
+
+def test_a_pattern_is_reached_in_the_wind_there_is():
+    """Against 20 m/s the way takes longer than in still air: what does not suffice is refused, what does gets there."""
+    orbit = {"kind": "loiter", "pattern": "circle", "around": "home", "speed_m_s": 30.0, "turn_radius_m": 300.0}
+    way = (HOVER, climb(600.0), cruise("north", 40.0))
+    back = (cruise("east"), descent(), HOVER)
+    against = {"from_deg": 180.0, "speed_m_s": 20.0}
+    with pytest.raises(InputError) as error:
+        flown(*way, {**orbit, "duration_s": 60.0}, *back, wind=against)
+    least = float(re.search(r"allowed: more than ([\d.]+), the time to the pattern", str(error.value))[1])
+    calm = pytest.raises(InputError, flown, *way, {**orbit, "duration_s": 60.0}, *back)
+    assert least > 1.5 * float(re.search(r"more than ([\d.]+)", str(calm.value))[1])
+    profile = flown(*way, {**orbit, "duration_s": least + 1.0}, *back, wind=against)
+    last = max(index for index, segment in enumerate(profile.segments) if segment.kind == "loiter")
+    place = np.array(profile.positions(last, profile.segments[last].end))
+    home = np.array(profile.positions(0, 0.0))
+    assert WGS84.Inverse(*place, *home)["s12"] == pytest.approx(300.0, rel=0.1)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "race_track"])
+def test_a_pattern_is_flown_at_its_own_speed(pattern):
+    """However fast the aircraft comes and however near the pattern is: its turns are made for its speed."""
+    leg = {"leg_m": 1000.0} if pattern == "race_track" else {}
+    orbit = {"kind": "loiter", "pattern": pattern, "around": "home", "speed_m_s": 30.0, "turn_radius_m": 100.0, **leg}
+    profile = flown(
+        HOVER, climb(600.0), cruise("north", 60.0), {**orbit, "duration_s": 900.0}, cruise("east"), descent(), HOVER
+    )
+    nodes = profile.grid(1.0)
+    bank = np.degrees(np.arccos(1.0 / nodes.turn_load_factor))
+    steady = np.degrees(np.arctan(30.0**2 / (9.80665 * 100.0)))
+    assert steady - 0.5 < bank.max() < steady + 2.0

@@ -39,6 +39,7 @@ class Flyer:
         self.handling, self.wind = handling, wind
         self.segments: list[Segment] = []
         self.label = ""
+        self.number = 0  # of the task
         self.kind: Kind = "idle"
         self.mass_change = 0.0  # kg, for the next segment
         self.time = 0.0
@@ -253,6 +254,7 @@ class Flyer:
     def _add(self, piece: Path, law: SpeedLaw, ground: float | None = None) -> None:
         """A segment over ground of that elevation [m], None where it does not matter."""
         motion = PathMotion(piece, law.distance, law.altitude)
-        self.segments.append(Segment(self.label, self.kind, self.time, law.duration, self.mass_change, motion, ground))
+        own = (self.label, self.kind, self.time, law.duration, self.mass_change)
+        self.segments.append(Segment(*own, motion, ground, self.number))
         self.time += law.duration
         self.mass_change = 0.0

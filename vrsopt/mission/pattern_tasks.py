@@ -7,6 +7,7 @@ part of it. A pattern may be cut anywhere; what follows rolls out of the turn fi
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy
 from itertools import chain
 from math import hypot, radians, tan
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -52,10 +53,11 @@ class PatternTask(Task):
             raise complaint("turn_radius_m", self.turn_radius_m, _no_tighter(self.speed_m_s))
         return self
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         """The pattern, or several that differ in where they begin: that with the shortest way to it is flown.
 
-        Raises :class:`InputError` for a pattern too small for its turns.
+        ``time`` [s]: what is left for the way to it and the pattern. Raises :class:`InputError` for a pattern too small
+        for its turns.
         """
         raise NotImplementedError
 
@@ -65,29 +67,39 @@ class PatternTask(Task):
         fastest = self.speed_m_s + hypot(*map(float, pilot.wind.at(pilot.altitude)))
         if self.turn_radius_m < _tightest(fastest):
             pilot.refuse("turn_radius_m", self.turn_radius_m, f"{_no_tighter(fastest)} over the ground, down the wind")
+        began = pilot.time
+        pilot.begin(f"{self.segment_kind} around {self.around}", self.segment_kind)
+        if pilot.chain is not None:  # its turns are made for its speed
+            pilot.straight_on(None, self.speed_m_s)
+            pilot.change_to(self.speed_m_s)
+        left = self.duration_s - (pilot.time - began)
         centre = pilot.mission.places[self.around].point
         roll_length = self.speed_m_s * pilot.handling.roll_in_s
         entry = pilot.turn_size(self.speed_m_s, least=self.turn_radius_m)
         try:
-            ways = [
-                (self._entry(pilot, found.entry, entry), found) for found in self.candidates(pilot, centre, roll_length)
-            ]
+            found = self.candidates(pilot, centre, roll_length, left)
+            ways = [(self._entry(pilot, pattern.entry, entry), pattern) for pattern in found]
         except InputError as error:
             raise InputError(f"tasks[{pilot.numbers[pilot.index]}]: {error}") from None
         way, best = min(ways, key=lambda pair: length_of(pair[0]))
-        began = pilot.time
-        pilot.begin(f"{self.segment_kind} around {self.around}", self.segment_kind)
-        pilot.follow(chain(way, best.pieces))
-        pilot.change_to(self.speed_m_s)
-        if pilot.time + self.time_left(pilot, length_of(way)) >= began + self.duration_s:
-            needed = pilot.time - began + self.time_left(pilot, length_of(way))
+        needed = self._arrival(pilot, way) - began
+        if needed >= self.duration_s:
             allowed = f"allowed: more than {tenths_up(needed)}, the time to the pattern"
             pilot.refuse("duration_s", self.duration_s, allowed)
+        pilot.follow(chain(way, best.pieces))
+        pilot.change_to(self.speed_m_s)
         pilot.hold(self.speed_m_s, duration=began + self.duration_s - pilot.time)
 
-    def time_left(self, pilot: Pilot, length: float) -> float:
-        """Time [s] to the end of the way to the pattern, ``length`` [m], in still air."""
-        return max(0.0, length - pilot.distance) / self.speed_m_s
+    def _arrival(self, pilot: Pilot, way: patterns.Way) -> float:
+        """Time [s] at which the pattern is reached, in the wind there is."""
+        if not way:
+            return pilot.time
+        trial = copy(pilot)
+        trial.segments = []
+        trial.follow(way)
+        trial.change_to(self.speed_m_s)
+        trial.hold(self.speed_m_s, until=length_of(way))
+        return trial.time
 
     def _entry(self, pilot: Pilot, goal: Pose, size: dict[str, float]) -> patterns.Way:
         if pilot.chain is None:  # from rest on whatever course
@@ -118,7 +130,7 @@ class RaceTrack(PatternTask):
     bearing_deg: Bearing = 0.0
     turns: Side = "right"
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         for bearing in (self.bearing_deg, self.bearing_deg + 180.0):
             yield patterns.race_track(
                 centre,
@@ -139,7 +151,7 @@ class Circle(PatternTask):
     pattern: Literal["circle"]
     turns: Side = "right"
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         for bearing in range(0, 360, 45):
             yield patterns.circle(
                 centre, bearing, radius=self.turn_radius_m, roll_length=roll_length, right=self.turns == "right"
@@ -168,7 +180,7 @@ class CreepingLine(PatternTask):
             raise complaint("spacing_m", self.spacing_m, allowed)
         return self
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         size = {"radius": self.turn_radius_m, "roll_length": roll_length}
         pitch = patterns.track_pitch(self.leg_m, self.spacing_m, **size)
         entry = pilot.turn_size(self.speed_m_s, least=self.turn_radius_m)
@@ -184,7 +196,7 @@ class CreepingLine(PatternTask):
                     corner=corner,
                     **size,
                 )
-                left = self.speed_m_s * self.duration_s - length_of(self._entry(pilot, found.entry, entry))
+                left = self.speed_m_s * time - length_of(self._entry(pilot, found.entry, entry))
                 wanted = max(1, 1 + int(max(left, 0.0) // pitch))
                 if wanted == tracks:
                     break
@@ -203,7 +215,7 @@ class ExpandingSquare(PatternTask):
     bearing_deg: Bearing = 0.0
     turns: Side = "right"
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         yield patterns.expanding_square(
             centre,
             self.bearing_deg,
@@ -224,7 +236,7 @@ class SectorSearch(PatternTask):
     sector_m: LegLength
     bearing_deg: Bearing = 0.0
 
-    def candidates(self, pilot: Pilot, centre: Point, roll_length: float) -> Iterable[Pattern]:
+    def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         yield patterns.sector_search(
             centre, self.bearing_deg, reach=self.sector_m, radius=self.turn_radius_m, roll_length=roll_length
         )

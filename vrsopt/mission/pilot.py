@@ -61,7 +61,7 @@ class Pilot(Flyer):
         events = sum(
             task.mass_change_kg for task in self.mission.tasks[before + 1 : number] if isinstance(task, MassEvent)
         )
-        self.label, self.kind = label, kind
+        self.label, self.kind, self.number = label, kind, number
         self.mass_change += mass_change + events  # a task so brief that it has no segments leaves its own to the next
 
     def here(self, kind: str) -> Place:

@@ -23,8 +23,14 @@ class Segment:
     mass_change: float  # kg
     motion: Motion
     ground_elevation: float | None = None  # m, of the ground below; None where the ground does not matter
+    number: int = 0  # of the task, to tell tasks of one label apart
 
     @property
     def end(self) -> float:
         """Time of its end [s]."""
         return self.start + self.duration
+
+
+def same_task(one: Segment, other: Segment) -> bool:
+    """Whether two neighbouring segments belong to one task, and one kind of flight within it."""
+    return (one.task, one.kind, one.number) == (other.task, other.kind, other.number)

@@ -37,6 +37,20 @@ class Wind:
         """No wind at any altitude."""
         return not any(self.east) and not any(self.north)
 
+    def __str__(self) -> str:
+        if self.calm:
+            return "still air"
+        parts = []
+        for altitude, east, north in zip(self.altitude, self.east, self.north, strict=True):
+            where = f" at {altitude:g} m" if len(self.altitude) > 1 else ""
+            direction = np.degrees(np.arctan2(-east, -north)) % 360
+            parts.append(f"{np.hypot(east, north):.1f} m/s from {direction:.0f} deg{where}")
+        return f"wind {', '.join(parts)}"
+
+    def as_dict(self) -> dict[str, list[float]]:
+        """Altitudes, and the components there, for a record."""
+        return {"altitude_m": list(self.altitude), "east_m_s": list(self.east), "north_m_s": list(self.north)}
+
     @property
     def strongest(self) -> float:
         """Largest wind speed at any altitude [m/s]."""

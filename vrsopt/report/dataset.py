@@ -103,6 +103,7 @@ def _attributes(comparison: Comparison, mission_text: str) -> dict[str, Any]:
         "reserve_fuel_kg": loading.reserve_fuel,
         "duration_s": comparison.profile.duration,
         "isa_offset_k": comparison.profile.isa_offset,
+        **{f"wind_{name}": values for name, values in comparison.profile.wind.as_dict().items()},
         "nominal_rotor_speed_rad_s": comparison.settings.nominal_rotor_speed,
         "nominal_twist_deg": math.degrees(comparison.settings.nominal_twist),
     }

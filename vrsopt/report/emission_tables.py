@@ -43,7 +43,10 @@ EMISSION_LEGEND = (
     "NOx as NO2; range: over the fits of the combustor, and of the changes with each fit; "
     f"FOCA: its indices on the same fuel; {NOTE}"
 )
-PHASE_LEGEND = "change: against the same phase of the nominal schedule; *: NOx and CO at idle are indicative only"
+PHASE_LEGEND = (
+    "change: against the same phase of the nominal schedule; search counts as loiter, vertical climb as climb, ground "
+    "idle as idle; *: NOx and CO at idle are indicative only"
+)
 NOTHING = "-"
 
 

@@ -61,7 +61,8 @@ def mission_figure(comparison: Comparison) -> Figure:
     axes[-1].set_xlim(0.0, profile.duration / MINUTE)
     figure.align_ylabels(axes[1:])
     strip.set_title(f"{title(comparison)}: mission profile", loc="left", fontsize=NORMAL + 2)
-    legend_beside(bank, handles=kind_handles(kinds_of(profile)), title="task")
+    kinds = legend_beside(bank, handles=kind_handles(kinds_of(profile)), title="task")
+    kinds.set_in_layout(False)  # reaches down beside the next panels, which have no legend
     figure.draw_without_rendering()
     name_tasks(strip, profile)
     return figure

@@ -62,7 +62,7 @@ def schedule_figure(comparison: Comparison) -> Figure:
 
 
 def _flight(speed: Axes, altitude: Axes, comparison: Comparison) -> None:
-    nodes = comparison.profile.grid(10.0)
+    nodes = comparison.profile.grid(1.0)
     for axes, values, text in ((speed, nodes.speed, "speed, m/s"), (altitude, nodes.altitude, "altitude, m")):
         axes.plot(nodes.time / MINUTE, values, color="black", linewidth=1.2)
         axes.set_ylabel(text)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vrsopt.mission.segment import same_task
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -72,7 +74,7 @@ def task_spans(profile: Profile) -> list[TaskSpan]:
     spans: list[TaskSpan] = []
     for index, segment in enumerate(profile.segments):
         start, first = segment.start, index
-        if spans and (spans[-1].task, spans[-1].kind) == (segment.task, segment.kind):
+        if index and same_task(profile.segments[index - 1], segment):
             before = spans.pop()
             start, first = before.start, before.segments.start
         spans.append(TaskSpan(segment.task, segment.kind, start, segment.end, range(first, index + 1)))

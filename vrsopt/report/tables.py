@@ -155,6 +155,7 @@ def footer(comparison: Comparison) -> list[str]:
     if math.isfinite(loading.fuel_loaded):
         fuel = f"with {loading.fuel_loaded:.1f} kg of fuel, reserve {loading.reserve_fuel:.1f} kg"
     lines = [f"Take-off mass {loading.takeoff_mass:.1f} kg {fuel}; duration {comparison.profile.duration:.0f} s"]
+    lines.append(f"Day: ISA {comparison.profile.isa_offset:+g} K, {comparison.profile.wind}")
     solver = comparison.summary().get("solver")
     if solver:
         lines.append(

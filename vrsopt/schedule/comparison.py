@@ -98,6 +98,8 @@ class Comparison:
             "takeoff_mass_kg": self.loading.takeoff_mass,
             "reserve_kg": _number(self.loading.reserve_fuel),
             "duration_s": self.profile.duration,
+            "isa_offset_k": self.profile.isa_offset,
+            "wind": self.profile.wind.as_dict(),
             "success": self.success,
             "simplifications": SIMPLIFICATIONS,
             "emissions_note": NOTE,

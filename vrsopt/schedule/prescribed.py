@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vrsopt.mission.segment import same_task
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
@@ -40,7 +41,7 @@ def prescribed_schedule(
         before = grid.profile.segments[index - 1] if index else None
         if segment.kind not in CLIMBS + DESCENTS:
             continue
-        if before is None or (before.task, before.kind) != (segment.task, segment.kind):
+        if before is None or not same_task(before, segment):
             begun = float(mass[np.searchsorted(grid.segment, index)])
         ratio = CLIMB if segment.kind in CLIMBS else descent_speed(begun)
         here = pointwise.segment == index

@@ -13,12 +13,12 @@ from vrsopt.errors import InputError
 from vrsopt.helicopter import MODEL_VERSION, Helicopter
 from vrsopt.mission.file import Mission, Weather, mission_from, read_mission, validated
 from vrsopt.mission.track import FlownMission, track_mission
+from vrsopt.mission.track_file import SUFFIXES
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.surrogate.store import Surrogate, load
 
 SCHEDULES = ("nominal", "pointwise", "prescribed", "trajectory")
 DEFAULT = ("nominal", "pointwise", "trajectory")
-TRACKS = (".csv", ".gpx")
 
 
 def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> ScheduleSettings:
@@ -50,7 +50,7 @@ def read(
     weather: dict[str, Any] = {} if isa_offset is None else {"isa_offset_k": isa_offset}
     if wind is not None:
         weather["wind"] = {"from_deg": wind[0]} | ({} if wind[1] is None else {"speed_m_s": wind[1]})
-    if Path(path).suffix.lower() in TRACKS:
+    if Path(path).suffix.lower() in SUFFIXES:
         if mass is None:
             raise InputError(f"{path}: mass: missing: needed with a flown track, the take-off mass in kg")
         stated = validated(Weather, weather, where="solve")
