@@ -31,10 +31,8 @@ PICTURES = ("flight_path", "mission_profile", "schedules")
 ALL = ("nominal", "pointwise", "prescribed", "trajectory")
 STEPS = (0.5, 2.0)  # s, beside the 1 s of the comparison
 WEATHERS = {
-    "ISA -20 K": {"isa_offset_k": -20.0},
     "ISA +20 K": {"isa_offset_k": 20.0},
     "5 m/s from west": {"wind": {"from_deg": 270.0, "speed_m_s": 5.0}},
-    "10 m/s from west": {"wind": {"from_deg": 270.0, "speed_m_s": 10.0}},
 }
 TURNING = 1.005  # load factor from which a steady turn counts
 
