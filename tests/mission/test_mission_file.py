@@ -576,6 +576,7 @@ NOT_NUMBERS = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=400, database=None)
 @given(which=st.sampled_from(NUMBERS), value=NOT_NUMBERS)
 def test_no_number_of_a_file_takes_anything_else(tmp_path_factory, which, value):

@@ -77,6 +77,7 @@ def test_random_missions(data):
         check(*found)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40, database=None, suppress_health_check=list(HealthCheck))
 @given(missions())
 def test_random_missions_are_read_again_as_they_were_written(data):
