@@ -92,7 +92,7 @@ def phase_figure(comparison: Comparison) -> Figure:
             place + (number - 0.5 * (len(results) - 1)) * width,
             np.nan_to_num(nox),
             width=0.92 * width,
-            yerr=np.nan_to_num([nox - low, high - nox]),
+            yerr=np.nan_to_num([nox - low, high - nox]).tolist(),  # rows of one number trip older Matplotlib
             color=GREY if name == "nominal" else SCHEDULE_STYLES[name][0],  # whiskers are not seen on black
             label=label(name),
             error_kw={"lw": 1.0, "capsize": 2.5},
