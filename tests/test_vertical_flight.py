@@ -2,7 +2,6 @@
 
 from functools import cache
 
-import casadi as ca
 import numpy as np
 import pytest
 
@@ -10,10 +9,9 @@ from vrsopt.aircraft import load_aircraft
 from vrsopt.atmosphere import GRAVITY, standard_air
 from vrsopt.equilibrium import TrimEquations, trim_system
 from vrsopt.flight import trim_parameters
-from vrsopt.residual import Named, ResidualSystem
+from vrsopt.residual import ResidualSystem
 from vrsopt.rotor.fidelity import Fidelity
 from vrsopt.solution import Solution
-from vrsopt.trim_guess import momentum_guess
 
 AIRCRAFT = load_aircraft("bo105")
 ROTOR = AIRCRAFT.main_rotor
@@ -94,20 +92,7 @@ def accelerating(acceleration: float) -> ResidualSystem:
         def acceleration(self):
             return super().acceleration + acceleration * self.velocity / self.value["speed"]
 
-    equations = Accelerating(AIRCRAFT, Fidelity())
-    outputs = equations.outputs()
-    return ResidualSystem(
-        name="accelerating",
-        unknowns=equations.unknowns,
-        parameters=equations.parameters,
-        residuals=equations.residual_names(),
-        outputs=tuple(Named(name, unit) for name, (unit, _) in outputs.items()),
-        x=equations.x,
-        p=equations.p,
-        r=equations.residual(),
-        y=ca.vertcat(*[value for _, value in outputs.values()]),
-        guess=lambda parameters: momentum_guess(AIRCRAFT, parameters),
-    )
+    return Accelerating(AIRCRAFT, Fidelity()).system("accelerating")
 
 
 @pytest.mark.parametrize(("acceleration", "speed"), [(1.0, 20.0), (-1.5, 15.0), (0.5, 55.0)])

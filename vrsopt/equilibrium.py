@@ -308,6 +308,22 @@ class TrimEquations:
             "mean_induced_velocity": ("m/s", response.mean_induced * tip_speed),
         }
 
+    def system(self, name: str) -> ResidualSystem:
+        """The equations with their outputs and the start by momentum theory."""
+        outputs = self.outputs()
+        return ResidualSystem(
+            name=name,
+            unknowns=self.unknowns,
+            parameters=self.parameters,
+            residuals=self.residual_names(),
+            outputs=tuple(Named(output, unit) for output, (unit, _) in outputs.items()),
+            x=self.x,
+            p=self.p,
+            r=self.residual(),
+            y=ca.vertcat(*[value for _, value in outputs.values()]),
+            guess=lambda parameters: momentum_guess(self.aircraft, parameters),
+        )
+
 
 @cache
 def trim_system(aircraft: Aircraft, fidelity: Fidelity | None = None, *, stalling_tail: bool = True) -> ResidualSystem:
@@ -320,17 +336,4 @@ def trim_system(aircraft: Aircraft, fidelity: Fidelity | None = None, *, stallin
     the right, nose up), load factor, blade loading n m g / (rho A_b (Omega R)^2), advance ratio, Mach number of the
     advancing tip, figure of merit, tail-rotor thrust and loading.
     """
-    equations = TrimEquations(aircraft, fidelity or Fidelity(), stalling_tail=stalling_tail)
-    outputs = equations.outputs()
-    return ResidualSystem(
-        name="trim",
-        unknowns=equations.unknowns,
-        parameters=equations.parameters,
-        residuals=equations.residual_names(),
-        outputs=tuple(Named(name, unit) for name, (unit, _) in outputs.items()),
-        x=equations.x,
-        p=equations.p,
-        r=equations.residual(),
-        y=ca.vertcat(*[value for _, value in outputs.values()]),
-        guess=lambda parameters: momentum_guess(aircraft, parameters),
-    )
+    return TrimEquations(aircraft, fidelity or Fidelity(), stalling_tail=stalling_tail).system("trim")

@@ -21,6 +21,10 @@ Array = NDArray[Any]
 SLOWEST = 1e-6  # m/s, below it a direction of flight is that of the track
 # rad/s: what pushes an almost standing aircraft sideways is no turn but a tilt, and counts as load factor
 FASTEST_TURN = 0.9
+# Of the velocity induced in the hover: a descent faster than that, at less airspeed than the latter, nears the vortex
+# ring, of which momentum theory knows nothing. There it promises a tenth of the induced power too much (measured mean:
+# J. G. Leishman, Principles of Helicopter Aerodynamics, 2006, section 2.13).
+FASTEST_SINKING = 0.3
 
 
 @dataclass(frozen=True)

@@ -60,12 +60,11 @@ class Flyer:
 
     def lift(self, altitude: float, rate: float) -> None:
         """Go vertically to ``altitude`` [m] at up to ``rate`` [m/s]."""
-        rise, largest = altitude - self.altitude, self.handling.vertical_acceleration_m_s2
-        rate = min(rate, sqrt(abs(rise) * largest / PEAK))  # a short lift does not reach its rate
-        if rate == 0.0:
+        rise = altitude - self.altitude
+        if rise == 0.0:
             return
-        upward, changing = (rate if rise > 0.0 else -rate), PEAK * rate / largest
-        steady = abs(rise) / rate - changing
+        rate, changing, steady = self._lift_parts(rise, rate)
+        upward = rate if rise > 0.0 else -rate
         for rates, duration in (((0.0, upward), changing), ((upward, upward), steady), ((upward, 0.0), changing)):
             if duration > BRIEFEST:
                 law = change((0.0, self.altitude), ((0.0, 0.0), rates), duration)
@@ -75,8 +74,17 @@ class Flyer:
 
     def lift_time(self, rise: float, rate: float) -> float:
         """Time [s] that :meth:`lift` takes for ``rise`` [m]."""
-        rate = min(rate, sqrt(abs(rise) * self.handling.vertical_acceleration_m_s2 / PEAK))
-        return abs(rise) / rate + PEAK * rate / self.handling.vertical_acceleration_m_s2 if rate else 0.0
+        if rise == 0.0:
+            return 0.0
+        _, changing, steady = self._lift_parts(rise, rate)
+        return 2.0 * changing + steady
+
+    def _lift_parts(self, rise: float, rate: float) -> tuple[float, float, float]:
+        """Rate [m/s] of a lift, lower if it is short, and times [s] of each of its two changes and in between."""
+        largest = self.handling.vertical_acceleration_m_s2
+        rate = min(rate, sqrt(abs(rise) * largest / PEAK))
+        changing = PEAK * rate / largest
+        return rate, changing, abs(rise) / rate - changing
 
     # ways
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, model_validator
 
 from vrsopt.mission.field import Altitude, Bearing, Name, complaint, tenths_up, within
+from vrsopt.mission.flyer import CLOSED, SWEEPS
 from vrsopt.mission.rest_tasks import Hover
 from vrsopt.mission.route import SHORTEST
 from vrsopt.mission.speed_law import PEAK
@@ -19,9 +20,6 @@ from vrsopt.mission.tasks import Duration, Speed, Task
 
 if TYPE_CHECKING:
     from vrsopt.mission.pilot import Pilot
-
-CLOSED = 1e-9  # m, how exactly a leg ends over its place
-SWEEPS = 50
 
 
 class _Steep(Task):

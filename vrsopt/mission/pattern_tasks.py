@@ -6,6 +6,7 @@ part of it. A pattern may be cut anywhere; what follows rolls out of the turn fi
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable
 from copy import copy
 from itertools import chain
@@ -53,13 +54,13 @@ class PatternTask(Task):
             raise complaint("turn_radius_m", self.turn_radius_m, _no_tighter(self.speed_m_s))
         return self
 
+    @abstractmethod
     def candidates(self, pilot: Pilot, centre: Point, roll_length: float, time: float) -> Iterable[Pattern]:
         """The pattern, or several that differ in where they begin: that with the shortest way to it is flown.
 
         ``time`` [s]: what is left for the way to it and the pattern. Raises :class:`InputError` for a pattern too small
         for its turns.
         """
-        raise NotImplementedError
 
     def fly(self, pilot: Pilot) -> None:
         pilot.check_airborne(self.kind)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import BeforeValidator
 
 from vrsopt.mission.field import MAX_ALTITUDE, tenths_up, within
+from vrsopt.mission.pilot import SAME_HEIGHT
 from vrsopt.mission.tasks import Duration, MassChange, Task
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 
 LIFT_OFF_HEIGHT = 5.0  # m, the most a hover may be above the ground when an idle task comes before or after it
 LIFT_OFF_RATE = 1.0  # m/s, (assumed) at most, of lift-off and touch-down
-SAME_HEIGHT = 1e-6  # m
 
 Height = Annotated[float, BeforeValidator(within(0.0, 500.0))]
 

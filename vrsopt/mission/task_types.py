@@ -9,7 +9,7 @@ from pydantic import Discriminator, Tag
 from vrsopt.mission import leg_tasks, pattern_tasks, rest_tasks, tasks
 
 # by kind, and where a kind has several patterns by the pattern too; of these the first is the default
-TASK_TYPES: dict[str, type[tasks.Task]] = {
+TASK_TYPES: dict[str, type[tasks.Entry]] = {
     "idle": rest_tasks.Idle,
     "ground_idle": rest_tasks.GroundIdle,
     "hover": rest_tasks.Hover,
@@ -42,7 +42,7 @@ def _task_type(value: Any) -> str | None:
 
 
 if TYPE_CHECKING:
-    AnyTask: TypeAlias = tasks.Task
+    AnyTask: TypeAlias = tasks.Entry
 else:
     AnyTask = Annotated[
         Union[tuple(Annotated[kind, Tag(name)] for name, kind in TASK_TYPES.items())],  # noqa: UP007

@@ -7,6 +7,7 @@ checks, and how a :class:`vrsopt.mission.pilot.Pilot` flies it; :mod:`vrsopt.mis
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator
@@ -21,8 +22,8 @@ Duration = Annotated[float, BeforeValidator(within(1.0, 20_000.0))]
 MassChange = Annotated[float, BeforeValidator(within(-1000.0, 1000.0))]
 
 
-class Task(Table):
-    """Base of the tasks."""
+class Entry(Table):
+    """Base of what the table of a task may state."""
 
     at_rest: ClassVar[bool] = False  # stands over a place while it lasts
     level_speed: ClassVar[bool] = False  # has a ``speed_m_s`` flown level
@@ -30,12 +31,16 @@ class Task(Table):
 
     kind: str
 
+
+class Task(Entry):
+    """Base of the tasks that are flown."""
+
+    @abstractmethod
     def fly(self, pilot: Pilot) -> None:
         """Add the segments of the task; raises :class:`vrsopt.errors.InputError` if it can not follow the last one."""
-        raise NotImplementedError
 
 
-class MassEvent(Task):
+class MassEvent(Entry):
     """What is picked up (+) or dropped (-) at once where the next task begins, in flight or at rest."""
 
     kind: Literal["mass_change"]

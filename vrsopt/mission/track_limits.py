@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vrsopt.atmosphere import standard_air
+from vrsopt.mission.conditions import FASTEST_SINKING
 from vrsopt.mission.profile import Profile
 
 Array = NDArray[Any]
@@ -29,7 +30,7 @@ class FlightBox:
     equivalent_climb_rate: tuple[float, float] = (-5.0, 5.0)  # m/s, of the same steady climb
     mass: tuple[float, float] = (1400.0, 2500.0)  # kg, times the load factor
     # m/s over the velocity induced in the hover: sinking faster, at less airspeed than that, nears the vortex ring
-    sinking: float = 0.3
+    sinking: float = FASTEST_SINKING
     disc_loading: float = 252.5  # N/m2, with which that velocity is found
 
 

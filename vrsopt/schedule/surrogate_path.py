@@ -10,7 +10,6 @@ engines on the day itself.
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from vrsopt.atmosphere import standard_air
 from vrsopt.errors import InputError
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.limits import Limits
+from vrsopt.mission.conditions import FASTEST_SINKING, Conditions
 from vrsopt.schedule.ground_idle import ground_idle
 from vrsopt.schedule.plant import Plant
 from vrsopt.schedule.rotor_tables import POWER_DEGREES, TAIL_DEGREES, USED, Flight, RotorTables
@@ -28,13 +28,6 @@ from vrsopt.surrogate.export import FREE
 from vrsopt.surrogate.kriging import KrigingState
 from vrsopt.surrogate.store import Surrogate
 
-if TYPE_CHECKING:
-    from vrsopt.mission.conditions import Conditions
-
-# Of the velocity induced in the hover: a descent faster than that, at less airspeed than the latter, nears the vortex
-# ring, of which momentum theory knows nothing. There it promises a tenth of the induced power too much (measured mean:
-# J. G. Leishman, Principles of Helicopter Aerodynamics, 2006, section 2.13).
-FASTEST_SINKING = 0.3
 LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not fit to be optimised on
 
 

@@ -37,7 +37,7 @@ def closed_loading(
         max_takeoff_mass=aircraft.largest_mass,
         tank_capacity=aircraft.fuel_capacity,
     )
-    check_gross_mass(grid, schedule, takeoff_mass=closed.takeoff_mass, aircraft=aircraft)
+    check_gross_mass(grid, grid.burned(schedule, takeoff_mass=closed.takeoff_mass)[0], aircraft=aircraft)
     return closed
 
 
@@ -49,8 +49,8 @@ def given_loading(
     Raises :class:`NoSolutionError` where the aircraft would be too heavy or its tank too small, :class:`InputError`
     where its model does not hold.
     """
-    check_gross_mass(grid, schedule, takeoff_mass=takeoff_mass, aircraft=aircraft)
     mass, burned = grid.burned(schedule, takeoff_mass=takeoff_mass)
+    check_gross_mass(grid, mass, aircraft=aircraft)
     fuel = float(burned[-1])
     if fuel > aircraft.fuel_capacity:
         over = fuel - aircraft.fuel_capacity
@@ -60,10 +60,9 @@ def given_loading(
     return TakeoffLoading(takeoff_mass, math.nan, fuel, math.nan, float(mass[-1]))
 
 
-def check_gross_mass(grid: FlightGrid, schedule: Schedule, *, takeoff_mass: float, aircraft: AircraftLoading) -> None:
+def check_gross_mass(grid: FlightGrid, mass: np.ndarray, *, aircraft: AircraftLoading) -> None:
     """Raises :class:`NoSolutionError` where the aircraft is heavier than it may be, which may be after a pick-up, and
-    :class:`InputError` where its model does not hold for the mass."""
-    mass, _ = grid.burned(schedule, takeoff_mass=takeoff_mass)
+    :class:`InputError` where its model does not hold for the mass (N,) [kg] at the nodes."""
     node = int(np.argmax(mass))
     if mass[node] > aircraft.largest_mass:
         task = grid.profile.segments[grid.segment[node]].task
