@@ -12,9 +12,9 @@ from vrsopt.surrogate import chebyshev
 from vrsopt.surrogate.export import FREE, path_coefficients, path_predict, to_casadi
 from vrsopt.surrogate.kriging import Kriging
 from vrsopt.surrogate.likelihood import CORRELATIONS
-from vrsopt.surrogate.sampling import NAMES
+from vrsopt.surrogate.space import LEVEL
 
-COLUMNS = [NAMES.index(name) for name in FREE]
+COLUMNS = [LEVEL.names.index(name) for name in FREE]
 FREE_LOWER, FREE_UPPER = rotor.LOWER[COLUMNS], rotor.UPPER[COLUMNS]
 FIXED = {"speed": np.linspace(0.0, 70.0, 15), "altitude": np.linspace(2000.0, 0.0, 15)}
 
@@ -22,7 +22,7 @@ FIXED = {"speed": np.linspace(0.0, 70.0, 15), "altitude": np.linspace(2000.0, 0.
 def model(correlation, rows=400, order=(0, 1, 2, 3, 4)):
     order = list(order)
     inputs = rotor.design(rows, seed=1)
-    names = [NAMES[k] for k in order]
+    names = [LEVEL.names[k] for k in order]
     box = {"names": names, "lower": rotor.LOWER[order], "upper": rotor.UPPER[order]}
     return Kriging(correlation, **box).fit(inputs[:, order], rotor.shaft_power(inputs))
 
@@ -45,7 +45,7 @@ def full_points(free_values):
     points = np.empty((*free_values.shape[:2], 5))
     points[..., COLUMNS] = free_values
     for name, values in FIXED.items():
-        points[..., NAMES.index(name)] = values[:, None]
+        points[..., LEVEL.names.index(name)] = values[:, None]
     return points
 
 

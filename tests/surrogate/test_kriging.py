@@ -15,9 +15,9 @@ from vrsopt.surrogate.likelihood import (
     negative_log_likelihood,
     trend,
 )
-from vrsopt.surrogate.sampling import NAMES
+from vrsopt.surrogate.space import LEVEL
 
-BOX = {"names": NAMES, "lower": rotor.LOWER, "upper": rotor.UPPER}
+BOX = {"names": LEVEL.names, "lower": rotor.LOWER, "upper": rotor.UPPER}
 
 
 @pytest.fixture(scope="module", params=CORRELATIONS)

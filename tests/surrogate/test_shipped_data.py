@@ -11,7 +11,7 @@ from vrsopt.residual import TOLERANCE
 from vrsopt.surrogate import store
 from vrsopt.surrogate.database import Database
 from vrsopt.surrogate.design import AIRCRAFT, OUTPUTS, evaluate, model_data_hash
-from vrsopt.surrogate.sampling import NAMES
+from vrsopt.surrogate.space import LEVEL
 from vrsopt.surrogate.training import fit
 
 DATA = resources.files("vrsopt") / "data"
@@ -32,7 +32,7 @@ def surrogate():
 def test_belongs_to_this_model_and_this_aircraft(design, surrogate):
     assert design.meta.model_version == surrogate.model_version == MODEL_VERSION
     assert design.meta.data_hash == surrogate.data_hash == model_data_hash()
-    assert design.meta.names == NAMES and design.meta.outputs == OUTPUTS
+    assert design.meta.names == LEVEL.names and design.meta.outputs == OUTPUTS
     assert AIRCRAFT == "bo105"
 
 
@@ -42,7 +42,7 @@ def test_random_rows_are_recomputed(design):
     chosen = np.random.default_rng(20).choice(len(rows.point), 10, replace=False)
     for k in chosen:
         row = rows.isel(point=int(k))
-        record = evaluate({name: float(row[name]) for name in NAMES})
+        record = evaluate({name: float(row[name]) for name in LEVEL.names})
         assert record.status == str(row.status.values)
         for name in OUTPUTS:
             stored = float(row[name])

@@ -7,7 +7,7 @@ import xarray as xr
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate.kriging import Kriging
-from vrsopt.surrogate.sampling import NAMES
+from vrsopt.surrogate.space import LEVEL
 from vrsopt.surrogate.store import Surrogate, load, save
 from vrsopt.surrogate.validation import leave_one_out
 
@@ -15,7 +15,7 @@ from vrsopt.surrogate.validation import leave_one_out
 @pytest.fixture(scope="module")
 def surrogate():
     inputs = rotor.design(80, seed=1)
-    box = {"names": NAMES, "lower": rotor.LOWER, "upper": rotor.UPPER, "theta": np.full(5, 0.8), "nugget": 1e-6}
+    box = {"names": LEVEL.names, "lower": rotor.LOWER, "upper": rotor.UPPER, "theta": np.full(5, 0.8), "nugget": 1e-6}
     power = Kriging("exponential", **box).fit(inputs, rotor.shaft_power(inputs))
     models = {
         "power": power,
@@ -38,7 +38,7 @@ def test_round_trip_to_the_last_bit(path, surrogate):
     assert list(loaded.models) == list(surrogate.models)
     for name, model in surrogate.models.items():
         np.testing.assert_array_equal(loaded.models[name].predict(points), model.predict(points))
-        assert loaded.models[name].state_.names == NAMES
+        assert loaded.models[name].state_.names == LEVEL.names
     assert loaded.models["smooth_power"].state_.smoothing == 0.1
     assert loaded.accuracy == surrogate.accuracy
     assert (loaded.model_version, loaded.data_hash, loaded.seed) == ("0.1.0", "abc", 2**40)
