@@ -1,10 +1,9 @@
-"""Universal Kriging as a scikit-learn estimator: quadratic trend, separable anisotropic correlation, fitted nugget."""
+"""Kriging as a scikit-learn estimator: universal, fitted nugget, gradient-enhanced where gradients are known."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,85 +13,25 @@ from sklearn.utils.validation import check_is_fitted
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
-from vrsopt.surrogate.likelihood import (
-    CORRELATIONS,
-    Array,
-    LeastSquares,
-    least_squares,
-    maximise,
-    metric,
-    metrics,
-    trend,
-)
+from vrsopt.surrogate import trend as trends
+from vrsopt.surrogate.checks import check_bounds, check_box, check_rows, one_of, table
+from vrsopt.surrogate.correlation import BLOCK, CORRELATIONS, DIFFERENTIABLE, Array
+from vrsopt.surrogate.likelihood import THETA_BOUNDS, THETA_STARTS, maximise
+from vrsopt.surrogate.posterior import Posterior
+from vrsopt.surrogate.state import NOT_DEFINITE, KrigingState, factors, fit_problem, terms
 
-BOX_TOLERANCE = 1e-9  # of an input's range: rounding, not extrapolation
-BLOCK = 262_144  # correlations evaluated at a time: the work array stays in the cache
-
-
-@dataclass(frozen=True)
-class KrigingState:
-    """Everything a fitted Kriging is made of; enough to predict, to validate and to save.
-
-    ``inputs`` (n, d) in physical units; ``lower`` and ``upper`` (d,) scale them to [0, 1]; ``theta`` (d,) acts on the
-    scaled inputs. ``coefficients`` (p,) of the quadratic trend (order: ``likelihood.trend``) and ``weights`` (n,) give
-    the output divided by ``scale`` after ``mean`` is taken off. ``smoothing`` is eps of the smoothed exponential, or 0.
-    """
-
-    names: tuple[str, ...]
-    correlation: str
-    smoothing: float
-    inputs: Array
-    lower: Array
-    upper: Array
-    theta: Array
-    nugget: float
-    coefficients: Array
-    weights: Array
-    mean: float
-    scale: float
-
-    def scale_inputs(self, points: Array) -> Array:
-        """``points`` (..., d) in physical units, scaled to [0, 1]."""
-        return (points - self.lower) / (self.upper - self.lower)
-
-    @cached_property
-    def scaled(self) -> Array:
-        """The sampled inputs scaled to [0, 1]: (n, d)."""
-        return self.scale_inputs(self.inputs)
-
-    @cached_property
-    def _correlation(self) -> Array:
-        distances = metrics(self.correlation, self.smoothing, self.scaled)
-        return np.exp(-(self.theta @ distances)).reshape(len(self.inputs), len(self.inputs))
-
-    def outputs(self) -> Array:
-        """The outputs the model was fitted on (n,): the trend plus K times the weights returns them."""
-        with threadpool_limits(limits=1, user_api="blas"):
-            standard = trend(self.scaled) @ self.coefficients + self._correlation @ self.weights
-        return self.mean + self.scale * (standard + self.nugget * self.weights)
-
-    def predict(self, points: Array) -> Array:
-        """Mean at ``points`` (k, d) in physical units: (k,); no check of the box."""
-        result = np.empty(len(points))
-        step = max(1, BLOCK // len(self.inputs))
-        for begin in range(0, len(points), step):
-            scaled = self.scale_inputs(points[begin : begin + step])
-            exponent = sum(
-                theta * metric(self.correlation, self.smoothing, column[:, None] - sampled)
-                for theta, column, sampled in zip(self.theta, scaled.T, self.scaled.T, strict=True)
-            )
-            correlation = np.exp(-np.asarray(exponent))
-            result[begin : begin + step] = trend(scaled) @ self.coefficients + correlation @ self.weights
-        return self.mean + self.scale * result
+__all__ = ["BLOCK", "Array", "Kriging", "KrigingState", "check_bounds", "check_box", "factors", "terms"]
 
 
 class Kriging(RegressorMixin, BaseEstimator):
-    """Universal Kriging with a full quadratic trend, fitted by maximum likelihood.
+    """Universal Kriging fitted by maximum likelihood, with or without gradients.
 
-    ``correlation``: "squared_exponential" or "exponential" (kinked at every sample; see :meth:`smoothed`).
+    ``correlation``: "squared_exponential", "matern52" or "exponential" (kinked at every sample; see :meth:`smoothed`).
+    ``trend``: "constant", "linear" or "quadratic" in the inputs.
     ``names``: the inputs in the order of the columns; default x0, x1, ... ``lower``, ``upper`` (d,): the box that is
     scaled to [0, 1] and outside which a query is an error unless ``extrapolate``; default the range of the data.
-    ``theta`` (d,) and ``nugget``: given, they are not fitted (both or neither).
+    ``theta`` (d,), ``nugget`` and, with gradients, ``gradient_nugget``: given, they are not fitted (all or none).
+    ``starts``: values of theta, the same for all inputs, from which the likelihood is climbed; the best is kept.
     After :meth:`fit`, ``state_`` is the :class:`KrigingState`.
     """
 
@@ -100,86 +39,133 @@ class Kriging(RegressorMixin, BaseEstimator):
         self,
         correlation: str = "squared_exponential",
         *,
+        trend: str = "quadratic",
         names: Sequence[str] | None = None,
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         extrapolate: bool = False,
         theta: ArrayLike | None = None,
         nugget: float | None = None,
+        gradient_nugget: float | None = None,
+        starts: Sequence[float] = THETA_STARTS,
     ) -> None:
         self.correlation = correlation
+        self.trend = trend
         self.names = names
         self.lower = lower
         self.upper = upper
         self.extrapolate = extrapolate
         self.theta = theta
         self.nugget = nugget
+        self.gradient_nugget = gradient_nugget
+        self.starts = starts
 
     @classmethod
     def from_state(cls, state: KrigingState, *, extrapolate: bool = False) -> Kriging:
         """A fitted estimator from a saved state."""
         model = cls(
             state.correlation,
+            trend=state.trend,
             names=state.names,
             lower=state.lower,
             upper=state.upper,
             extrapolate=extrapolate,
             theta=state.theta,
             nugget=state.nugget,
+            gradient_nugget=state.gradient_nugget if state.enhanced else None,
         )
         model._set(state)
         return model
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> Kriging:
-        """Fit to ``X`` (n, d) in physical units and ``y`` (n,). BLAS is held to one thread while fitting.
+    def fit(self, X: ArrayLike, y: ArrayLike, gradients: ArrayLike | None = None) -> Kriging:
+        """Fit to ``X`` (n, d) in physical units, ``y`` (n,) and, if given, ``gradients`` (n, d) of y by the inputs.
 
-        Raises :class:`InputError` for data that is not finite, has too few rows for the trend (more than
-        (d + 1)(d + 2)/2 are needed), lies outside the given box, or does not vary.
+        BLAS is held to one thread while fitting. With gradients the system has n (1 + d) rows. Raises
+        :class:`InputError` for data that is not finite (rows without a gradient are to be left out), does not
+        determine the trend, lies outside the given box or does not vary, and for gradients with a correlation that is
+        not differentiable often enough.
         """
-        inputs, output = _table(X), np.asarray(y, dtype=float)
-        names, lower, upper = self._checked(inputs, output)
+        inputs, output = table("X", X), np.asarray(y, dtype=float)
+        slopes = None if gradients is None else table("gradients", gradients)
+        names, lower, upper = self._checked(inputs, output, slopes)
         mean, scale = float(np.mean(output)), float(np.std(output))
         if not scale > 1e-12 * abs(mean):
             raise InputError(f"kriging: y = {mean:g} in all {len(output)} rows: an output that varies")
-        standard = (output - mean) / scale
         scaled = (inputs - lower) / (upper - lower)
+        if slopes is not None:
+            slopes = slopes * (upper - lower) / scale
+
+        def problem(rows: Any) -> Any:
+            some = None if slopes is None else slopes[rows]
+            return fit_problem(self.correlation, 0.0, self.trend, scaled[rows], (output[rows] - mean) / scale, some)
+
         with threadpool_limits(limits=1, user_api="blas"):
-            if self.theta is not None and self.nugget is not None:
-                theta, nugget = np.array(self.theta, dtype=float), float(self.nugget)
+            if self.theta is None:
+                theta, nuggets = maximise(problem, len(scaled), len(names), self.starts)
             else:
-                theta, nugget = maximise(self.correlation, scaled, standard)
-            solved = _solve(self.correlation, 0.0, scaled, standard, theta, nugget)
+                theta, nuggets = np.array(self.theta, dtype=float), self._given_nuggets(slopes is not None)
+            everything = problem(slice(None))
+            solved = everything.solve(everything.covariance.matrix(theta), nuggets)
+        if solved is None:
+            raise InputError(f"kriging: nugget = {nuggets[0]:g}: {NOT_DEFINITE}")
+        size, dimensions = inputs.shape
+        gradient_weights = solved.weights[size:].reshape(dimensions, -1).T
         self._set(
             KrigingState(
-                names,
-                self.correlation,
-                0.0,
-                inputs,
-                lower,
-                upper,
-                theta,
-                nugget,
-                solved.coefficients,
-                solved.weights,
-                mean,
-                scale,
+                names=names,
+                correlation=self.correlation,
+                smoothing=0.0,
+                inputs=inputs,
+                lower=lower,
+                upper=upper,
+                theta=theta,
+                nugget=float(nuggets[0]),
+                coefficients=solved.coefficients,
+                weights=solved.weights[:size],
+                mean=mean,
+                scale=scale,
+                trend=self.trend,
+                gradient_nugget=0.0 if slopes is None else float(nuggets[1]),
+                gradient_weights=gradient_weights,
+                variance=solved.variance,
             )
         )
         return self
 
-    def predict(self, X: ArrayLike) -> Array:
-        """Mean of the output at ``X`` (k, d) in physical units: (k,).
+    def predict(self, X: ArrayLike, return_std: bool = False) -> Any:
+        """Mean (k,) of the output at ``X`` (k, d) in physical units; with ``return_std`` also its deviation (k,).
 
-        Raises :class:`InputError` for a point outside the box unless ``extrapolate`` is set.
+        The deviation is that of :meth:`standard_deviation`. Raises :class:`InputError` for a point outside the box
+        unless ``extrapolate`` is set.
         """
+        state, points = self._query(X)
+        mean = state.predict(points)
+        return (mean, np.sqrt(self.posterior.variance(points))) if return_std else mean
+
+    def gradient(self, X: ArrayLike) -> Array:
+        """Derivatives of the mean by the inputs at ``X`` (k, d): (k, d). Raises as :meth:`predict`."""
+        state, points = self._query(X)
+        return state.derivatives(points, 1)[1]
+
+    def hessian(self, X: ArrayLike) -> Array:
+        """Second derivatives of the mean at ``X`` (k, d): (k, d, d). Raises as :meth:`predict`."""
+        state, points = self._query(X)
+        return state.derivatives(points, 2)[2]
+
+    def standard_deviation(self, X: ArrayLike) -> Array:
+        """Deviation (k,) of the noise-free output from the mean at ``X`` (k, d), with the trend's uncertainty.
+
+        theta and the nuggets count as known. The nugget, the variance of an error in the data, is not part of it: it
+        is zero at the data only as far as the nugget lets it. Raises as :meth:`predict`.
+        """
+        _, points = self._query(X)
+        return np.sqrt(self.posterior.variance(points))
+
+    @property
+    def posterior(self) -> Posterior:
+        """Predicted variance and covariances; what they rest on is computed once, when first needed."""
         check_is_fitted(self, "state_")
-        points = _table(X)
-        state = self.state_
-        if points.shape[1] != len(state.names):
-            raise InputError(f"kriging: {points.shape[1]} columns: expected {', '.join(state.names)}")
-        if not self.extrapolate:
-            check_box(state, points)
-        return state.predict(points)
+        return self._posterior
 
     def smoothed(self, eps: float = 0.1) -> Kriging:
         """The model with correlation exp(-theta (sqrt(d^2 + eps^2) - eps)), d in scaled inputs: twice differentiable.
@@ -188,101 +174,95 @@ class Kriging(RegressorMixin, BaseEstimator):
         the data as closely as the nugget lets it. Raises :class:`InputError` unless the correlation is exponential.
         """
         check_is_fitted(self, "state_")
-        state = self.state_
+        state: KrigingState = self.state_
         if state.correlation != "exponential":
             raise InputError(f"kriging: correlation = {state.correlation!r}: only 'exponential' needs smoothing")
         if not 0.0 < eps <= 1.0:
             raise InputError(f"kriging: eps = {eps}: between 0 (excluded) and 1")
-        standard = (state.outputs() - state.mean) / state.scale
+        data = state.problem.data
+        problem = fit_problem(state.correlation, eps, state.trend, state.scaled, data, None)
         with threadpool_limits(limits=1, user_api="blas"):
-            solved = _solve(state.correlation, eps, state.scaled, standard, state.theta, state.nugget)
-        fields = {name: getattr(state, name) for name in state.__dataclass_fields__}
-        fields |= {"smoothing": float(eps), "coefficients": solved.coefficients, "weights": solved.weights}
-        return Kriging.from_state(KrigingState(**fields), extrapolate=self.extrapolate)
+            solved = problem.solve(problem.covariance.matrix(state.theta), (state.nugget,))
+        if solved is None:
+            raise InputError(f"kriging: nugget = {state.nugget:g}: {NOT_DEFINITE}")
+        changed = replace(
+            state,
+            smoothing=float(eps),
+            coefficients=solved.coefficients,
+            weights=solved.weights,
+            variance=solved.variance,
+        )
+        return Kriging.from_state(changed, extrapolate=self.extrapolate)
 
-    def leave_one_out(self) -> tuple[Array, Array]:
+    def leave_one_out(self, return_std: bool = False) -> tuple[Array, ...]:
         """Outputs (n,) and their predictions (n,) by the model without the point in question, in physical units.
 
-        Closed form with the trend estimated anew for each point; theta and nugget are kept.
+        A point is left out with its gradient. Closed form with the trend estimated anew for each point; theta, the
+        nuggets and the process variance are kept. With ``return_std`` also the deviations (n,) of the noise-free
+        outputs from these predictions.
         """
         check_is_fitted(self, "state_")
-        state = self.state_
-        outputs = state.outputs()
-        standard = (outputs - state.mean) / state.scale
+        state: KrigingState = self.state_
         with threadpool_limits(limits=1, user_api="blas"):
-            solved = _solve(state.correlation, state.smoothing, state.scaled, standard, state.theta, state.nugget)
-            errors = solved.leave_one_out()
-        return outputs, outputs - state.scale * errors
+            errors, variances = state.solved.leave_one_out(len(state.inputs))
+        outputs = state.outputs()
+        predictions = outputs - state.scale * errors
+        if not return_std:
+            return outputs, predictions
+        deviations = np.sqrt(state.variance * np.maximum(variances - state.nugget, 0.0))
+        return outputs, predictions, state.scale * deviations
 
     def _set(self, state: KrigingState) -> None:
         self.state_ = state
+        self._posterior = Posterior(state)
         self.n_features_in_ = len(state.names)
 
-    def _checked(self, inputs: Array, output: Array) -> tuple[tuple[str, ...], Array, Array]:
+    def _query(self, X: ArrayLike) -> tuple[KrigingState, Array]:
+        """The state and the points as a table, checked."""
+        check_is_fitted(self, "state_")
+        state: KrigingState = self.state_
+        points = table("X", X)
+        if points.shape[1] != len(state.names):
+            raise InputError(f"kriging: {points.shape[1]} columns: expected {', '.join(state.names)}")
+        if not self.extrapolate:
+            check_box(state, points)
+        return state, points
+
+    def _given_nuggets(self, enhanced: bool) -> Array:
+        return np.array([self.nugget, self.gradient_nugget][: 1 + enhanced], dtype=float)
+
+    def _checked(self, inputs: Array, output: Array, slopes: Array | None) -> tuple[tuple[str, ...], Array, Array]:
         """Names and box for the data; raises :class:`InputError` for whatever can not be fitted."""
         size, dimensions = inputs.shape
         names = tuple(self.names) if self.names is not None else tuple(f"x{k}" for k in range(dimensions))
-        if self.correlation not in CORRELATIONS:
-            raise InputError(f"kriging: correlation = {self.correlation!r}: one of {', '.join(CORRELATIONS)}")
         if len(names) != dimensions or len(set(names)) != dimensions:
             raise InputError(f"kriging: names = {', '.join(names)}: {dimensions} different names")
+        one_of("correlation", self.correlation, CORRELATIONS if slopes is None else DIFFERENTIABLE)
+        one_of("trend", self.trend, trends.TRENDS)
         if output.shape != (size,):
             raise InputError(f"kriging: y has shape {output.shape}: expected ({size},)")
         if not np.all(np.isfinite(output)):
             raise InputError(f"kriging: y[{int(np.argmin(np.isfinite(output)))}] is not a finite number")
-        needed = (dimensions + 1) * (dimensions + 2) // 2 + 1
-        if size < needed:
-            raise InputError(f"kriging: {size} rows: at least {needed} for a quadratic trend in {dimensions} inputs")
+        if slopes is not None and slopes.shape != inputs.shape:
+            raise InputError(f"kriging: gradients have shape {slopes.shape}: expected {inputs.shape}")
         lower = np.min(inputs, axis=0) if self.lower is None else np.array(self.lower, dtype=float)
         upper = np.max(inputs, axis=0) if self.upper is None else np.array(self.upper, dtype=float)
         if lower.shape != (dimensions,) or upper.shape != (dimensions,) or not np.all(lower < upper):
             raise InputError(f"kriging: lower = {lower}, upper = {upper}: {dimensions} numbers each, lower < upper")
-        if (self.theta is None) != (self.nugget is None):
-            raise InputError("kriging: theta, nugget: give both or neither")
-        if self.theta is not None:
-            theta = np.asarray(self.theta, dtype=float)
-            if theta.shape != (dimensions,) or not np.all(theta > 0.0) or not float(self.nugget or 0.0) >= 0.0:
-                raise InputError(f"kriging: theta = {theta}: {dimensions} positive numbers, and nugget >= 0")
         check_bounds(names, lower, upper, inputs)
+        check_rows((inputs - lower) / (upper - lower), self.trend, enhanced=slopes is not None)
+        self._check_parameters(dimensions, enhanced=slopes is not None)
         return names, lower, upper
 
-
-def check_box(state: KrigingState, points: Array) -> None:
-    """Raise :class:`InputError` for the first of ``points`` (..., d) outside the sampled box."""
-    check_bounds(state.names, state.lower, state.upper, points)
-
-
-def check_bounds(names: Sequence[str], lower: Array, upper: Array, points: Array) -> None:
-    """Raise :class:`InputError` for the first of ``points`` (..., d) outside [lower, upper], or not a number."""
-    margin = BOX_TOLERANCE * (upper - lower)
-    inside = (points >= lower - margin) & (points <= upper + margin)
-    if not np.all(inside):
-        position = np.unravel_index(int(np.argmin(inside)), inside.shape)
-        k = int(position[-1])
-        raise InputError(
-            f"kriging: {names[k]} = {points[position]:g}: outside the sampled box {lower[k]:g} to {upper[k]:g}"
-        )
-
-
-def _table(X: ArrayLike | Any) -> Array:
-    """``X`` as a finite array (n, d) that nobody else changes."""
-    table = np.array(X, dtype=float)
-    if table.ndim != 2:
-        raise InputError(f"kriging: X has {table.ndim} dimensions: expected (rows, inputs)")
-    if not np.all(np.isfinite(table)):
-        row, column = np.unravel_index(int(np.argmin(np.isfinite(table))), table.shape)
-        raise InputError(f"kriging: X[{row}, {column}] is not a finite number")
-    return table
-
-
-def _solve(
-    correlation: str, smoothing: float, scaled: Array, output: Array, theta: Array, nugget: float
-) -> LeastSquares:
-    matrix = np.exp(-(theta @ metrics(correlation, smoothing, scaled))).reshape(len(output), len(output))
-    solved = least_squares(matrix, nugget, trend(scaled), output)
-    if solved is None:
-        raise InputError(
-            f"kriging: nugget = {nugget:g}: the correlation matrix is not positive definite; repeated rows need a "
-            "larger nugget"
-        )
-    return solved
+    def _check_parameters(self, dimensions: int, *, enhanced: bool) -> None:
+        given = [self.theta, self.nugget] + [self.gradient_nugget] * enhanced
+        if len({value is None for value in given}) > 1:
+            raise InputError(f"kriging: theta, nugget{', gradient_nugget' * enhanced}: give all or none")
+        if self.theta is not None:
+            theta = np.asarray(self.theta, dtype=float)
+            positive = np.all(theta > 0.0) and np.all(self._given_nuggets(enhanced) >= 0.0)
+            if theta.shape != (dimensions,) or not positive:
+                raise InputError(f"kriging: theta = {theta}: {dimensions} positive numbers, and nuggets >= 0")
+        low, high = THETA_BOUNDS
+        if not self.starts or not all(low <= start <= high for start in self.starts):
+            raise InputError(f"kriging: starts = {self.starts}: one or more numbers from {low} to {high}")

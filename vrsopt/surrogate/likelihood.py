@@ -1,138 +1,200 @@
-"""The algebra of universal Kriging: correlation, quadratic trend, generalised least squares, concentrated likelihood.
+"""The algebra of universal Kriging: generalised least squares, leave-one-out, concentrated likelihood and its maximum.
 
-Everything here works on inputs scaled to [0, 1] and on a standardised output. The correlation is a product over the
-inputs, R(u, v) = prod_k exp(-theta_k m(u_k - v_k)), with the metric m of the correlation; the covariance of the data is
-proportional to K = R + nugget I. Equations: Sacks, Welch, Mitchell and Wynn (1989), eqs. 4-7; leave-one-out with trend:
-Dubrule (1983).
+The data (N,) are outputs, or outputs and their gradients; their covariance is proportional to K = R(theta) +
+diag(nuggets) and their trend is F beta. Equations: Sacks, Welch, Mitchell and Wynn (1989), eqs. 4-7; leave-one-out with
+trend: Dubrule (1983), Cross validation of Kriging in a unique neighborhood.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dpocon, dpotrf, dpotri
 from scipy.optimize import minimize
+
+from vrsopt.surrogate.correlation import CORRELATIONS as CORRELATIONS
+from vrsopt.surrogate.correlation import correlation_matrix, log_theta_ratio, upper_blocks
+from vrsopt.surrogate.correlation import metric as metric
+from vrsopt.surrogate.trend import pairs
 
 Array = NDArray[np.float64]
 
-CORRELATIONS = ("squared_exponential", "exponential")
-THETA_START, THETA_BOUNDS = 2.5, (1e-3, 50.0)
+THETA_STARTS = (2.5, 10.0)  # smaller ones run into the ill-conditioned corner of the likelihood
+THETA_BOUNDS = (1e-3, 50.0)
 NUGGET_START, NUGGET_BOUNDS = 1e-5, (1e-12, 1e-1)
-STARTS = (1.0, 4.0)  # factors on THETA_START: smaller starts run into the ill-conditioned corner of the likelihood
-SUBSET = 500  # rows on which the starts compete before the best one is finished on all rows
+SUBSET = 500  # data on which the starts compete before the best one is finished on all of them
 REJECTED = 1e10  # value of the likelihood where K is not positive definite
 
 
-def metric(correlation: str, smoothing: float, difference: Any) -> Any:
-    """m(d) in the one-dimensional correlation exp(-theta m(d)); numpy arrays or CasADi expressions.
+class Covariance(Protocol):
+    """R(theta) of the data, and what the likelihood's gradient needs of it."""
 
-    d^2 (squared exponential), |d| (exponential) or sqrt(d^2 + eps^2) - eps (exponential with ``smoothing`` eps > 0).
-    """
-    if correlation == "squared_exponential":
-        return difference * difference
-    if smoothing > 0.0:
-        return (difference * difference + smoothing**2) ** 0.5 - smoothing
-    return abs(difference)
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of data under each nugget, in their order: (outputs,) or (outputs, gradients)."""
 
+    def matrix(self, theta: Array) -> Array:
+        """R (N, N); only the upper triangle is filled."""
 
-def metrics(correlation: str, smoothing: float, scaled: Array) -> Array:
-    """The metric between all pairs of rows of ``scaled`` (n, d), for each input: (d, n * n)."""
-    difference = scaled.T[:, :, None] - scaled.T[:, None, :]
-    return np.asarray(metric(correlation, smoothing, difference)).reshape(scaled.shape[1], -1)
+    def slopes(self, theta: Array, matrix: Array, weight: Array) -> Array:
+        """sum(weight * dR/d log theta_k) (d,), where the upper triangle of the weight also stands for the lower."""
 
 
-def trend_pairs(dimensions: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs (i, j), i <= j, into (1, u_1, ..., u_d): the trend's terms are their products (1, then u, then squares)."""
-    return np.triu_indices(dimensions + 1)
+@dataclass(frozen=True)
+class ValueCovariance:
+    """R of outputs alone at ``scaled`` (n, d)."""
 
+    correlation: str
+    smoothing: float
+    scaled: Array
 
-def trend(scaled: Array) -> Array:
-    """Full quadratic trend at ``scaled`` (n, d): (n, (d + 1)(d + 2)/2), in the order of :func:`trend_pairs`."""
-    first, second = trend_pairs(scaled.shape[1])
-    extended = np.concatenate([np.ones((len(scaled), 1)), scaled], axis=1)
-    return extended[:, first] * extended[:, second]
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        return (len(self.scaled),)
+
+    def matrix(self, theta: Array) -> Array:
+        return correlation_matrix(self.correlation, self.smoothing, theta, self.scaled)
+
+    def slopes(self, theta: Array, matrix: Array, weight: Array) -> Array:
+        total = np.zeros(len(theta))
+        for rows, columns, difference in upper_blocks(self.scaled):
+            product = weight[rows, columns] * matrix[rows, columns]
+            width = product.shape[0]
+            product[:, :width] = np.triu(product[:, :width])
+            ratio = log_theta_ratio(self.correlation, theta[:, None], difference)
+            total += np.matmul(ratio, product[:, :, None]).sum(axis=0)[:, 0]
+        return total
 
 
 @dataclass(frozen=True)
 class LeastSquares:
-    """Generalised least squares with covariance K = L L': trend coefficients (p,), weights K^-1 (y - F beta) (n,),
-    process variance, L^-T Q (n, p) with the thin QR of L^-1 F, and L as LAPACK leaves it (n, n)."""
+    """Generalised least squares with covariance K = L L'.
+
+    Trend coefficients (p,), weights K^-1 (y - F beta) (N,), squared residual (y - F beta)' K^-1 (y - F beta),
+    L^-T Q (N, p) and R (p, p) with the thin QR of L^-1 F, and L as LAPACK leaves it (N, N).
+    """
 
     coefficients: Array
     weights: Array
-    variance: float
+    squares: float
     projection: Array
+    triangular: Array
     factor: Array
 
+    @property
+    def likely_variance(self) -> float:
+        """Process variance of greatest likelihood."""
+        return self.squares / len(self.weights)
+
+    @property
+    def variance(self) -> float:
+        """Process variance without bias: the trend has taken p degrees of freedom."""
+        return self.squares / (len(self.weights) - len(self.coefficients))
+
     def inverse(self) -> Array:
-        """K^-1: upper triangle and diagonal; zeros below (n, n)."""
+        """K^-1: upper triangle and diagonal; zeros below (N, N)."""
         inverse, _ = dpotri(self.factor, lower=1)
         return np.asarray(inverse).T
 
     def log_determinant(self) -> float:
         return 2.0 * float(np.sum(np.log(np.diag(self.factor))))
 
-    def leave_one_out(self) -> Array:
-        """Errors e_i = [Q y]_i / Q_ii (n,), Q = K^-1 - K^-1 F (F' K^-1 F)^-1 F' K^-1: data minus prediction without it.
+    def condition_number(self, norm: float) -> float:
+        """LAPACK's estimate of the condition number of K, given the 1-norm of K."""
+        reciprocal, _ = dpocon(self.factor, norm, uplo="L")
+        return 1.0 / float(reciprocal) if reciprocal > 0.0 else np.inf
 
-        Q y equals the weights; the trend is estimated anew without each point, the correlation is kept.
+    def leave_one_out(self, points: int) -> tuple[Array, Array]:
+        """Data minus prediction of the outputs at each of n ``points`` without it, and the variance of that (n,).
+
+        With Q = K^-1 - K^-1 F (F' K^-1 F)^-1 F' K^-1, Q y = the weights w. Leaving out the data of one point, the
+        errors are the solution of Q_ii e_i = w_i, of covariance Q_ii^-1 (times the process variance; it includes the
+        nuggets); the block Q_ii is of the output and, if there are any, its gradient. The trend is estimated anew, the
+        correlation is kept.
         """
-        return self.weights / (np.diag(self.inverse()) - np.sum(self.projection**2, axis=1))
+        per_point = len(self.weights) // points
+        shape = (per_point, points, per_point, points)
+        upper = np.einsum("aibi->iab", self.inverse().reshape(shape))
+        blocks = np.triu(upper) + np.swapaxes(np.triu(upper, 1), 1, 2)
+        projection = self.projection.reshape(per_point, points, -1)
+        blocks -= np.einsum("aip,bip->iab", projection, projection)
+        covariance = np.linalg.inv(blocks)
+        weights = self.weights.reshape(per_point, points).T
+        return np.einsum("ia,ia->i", covariance[:, 0], weights), covariance[:, 0, 0]
 
 
-def least_squares(correlation: Array, nugget: float, basis: Array, output: Array) -> LeastSquares | None:
-    """Solve for the trend and the weights; None where ``correlation`` (n, n) + nugget I is not positive definite."""
-    size = len(output)
-    covariance = correlation.copy()
-    covariance.flat[:: size + 1] += nugget
+def one_norm(matrix: Array, nuggets: Array) -> float:
+    """1-norm of the symmetric matrix given by its upper triangle, plus diag(nuggets)."""
+    upper = np.abs(np.triu(matrix))
+    return float(np.max(upper.sum(axis=0) + upper.sum(axis=1) - np.diag(upper) + nuggets))
+
+
+def least_squares(matrix: Array, nuggets: Array, basis: Array, data: Array) -> LeastSquares | None:
+    """Solve for the trend and the weights; None where K, ``matrix`` (upper triangle) + diag(``nuggets`` (N,)), is not
+    positive definite."""
+    size = len(data)
+    covariance = matrix.copy()
+    covariance.flat[:: size + 1] += nuggets
     factor, info = dpotrf(covariance.T, lower=1, overwrite_a=1, clean=1)
     if info != 0:
         return None
-    whitened = solve_triangular(factor, np.column_stack([basis, output]), lower=True, check_finite=False)
+    whitened = solve_triangular(factor, np.column_stack([basis, data]), lower=True, check_finite=False)
     orthogonal, triangular = np.linalg.qr(whitened[:, :-1])
     projected = orthogonal.T @ whitened[:, -1]
     residual = whitened[:, -1] - orthogonal @ projected
     back = solve_triangular(factor, np.column_stack([residual, orthogonal]), lower=True, trans="T", check_finite=False)
     coefficients = solve_triangular(triangular, projected, check_finite=False)
-    variance = float(residual @ residual) / size
-    return LeastSquares(coefficients, back[:, 0], variance, back[:, 1:], factor)
+    return LeastSquares(coefficients, back[:, 0], float(residual @ residual), back[:, 1:], triangular, factor)
 
 
-def negative_log_likelihood(logarithms: Array, distances: Array, basis: Array, output: Array) -> tuple[float, Array]:
-    """Concentrated negative log-likelihood n/2 log(variance) + 1/2 log det K and its gradient.
+@dataclass(frozen=True)
+class Problem:
+    """What the likelihood is of: covariance model, trend terms (N, p) and data (N,)."""
 
-    ``logarithms`` (d + 1,): log theta, then log nugget; ``distances`` (d, n * n) from :func:`metrics`. Trend and
-    variance are at their optimum, so that only the explicit dependence on K is left in the gradient:
-    1/2 tr(K^-1 dK) - w' dK w / (2 variance).
+    covariance: Covariance
+    basis: Array
+    data: Array
+
+    def solve(self, matrix: Array, nuggets: Any) -> LeastSquares | None:
+        """``nuggets``: one for each kind of data."""
+        return least_squares(matrix, np.repeat(nuggets, self.covariance.sizes), self.basis, self.data)
+
+
+def negative_log_likelihood(logarithms: Array, problem: Problem) -> tuple[float, Array]:
+    """Concentrated negative log-likelihood N/2 log(variance) + 1/2 log det K and its gradient.
+
+    ``logarithms``: of theta (d,), then of the nuggets. Trend and variance are at their optimum, so that only the
+    explicit dependence on K is left in the gradient: 1/2 tr(K^-1 dK) - w' dK w / (2 variance).
     """
-    parameters = np.exp(logarithms)
-    theta, nugget = parameters[:-1], float(parameters[-1])
-    size = len(output)
-    correlation = np.exp(-(theta @ distances)).reshape(size, size)
-    solved = least_squares(correlation, nugget, basis, output)
-    if solved is None or solved.variance <= 0.0:
+    sizes = problem.covariance.sizes
+    theta, nuggets = np.split(np.exp(logarithms), [-len(sizes)])
+    matrix = problem.covariance.matrix(theta)
+    solved = problem.solve(matrix, nuggets)
+    if solved is None or solved.squares <= 0.0:
         return REJECTED, np.zeros_like(logarithms)
-    inverse, weights = solved.inverse(), solved.weights
-    slope_nugget = 0.5 * nugget * (np.trace(inverse) - weights @ weights / solved.variance)
-    # The upper triangle stands for both; the metrics are zero on the diagonal.
+    inverse, weights, variance = solved.inverse(), solved.weights, solved.likely_variance
+    value = 0.5 * len(weights) * np.log(variance) + 0.5 * solved.log_determinant()
+    excess = np.diag(inverse) - weights**2 / variance
+    slope_nuggets = nuggets * np.add.reduceat(excess, np.cumsum((0, *sizes[:-1])))
+    inverse -= np.outer(weights / variance, weights)
     inverse *= 2.0
-    inverse -= np.outer(weights / solved.variance, weights)
-    inverse *= correlation
-    slope_theta = -0.5 * theta * (distances @ inverse.ravel())
-    value = 0.5 * size * np.log(solved.variance) + 0.5 * solved.log_determinant()
-    return float(value), np.append(slope_theta, slope_nugget)
+    inverse.flat[:: len(weights) + 1] = excess
+    slope_theta = problem.covariance.slopes(theta, matrix, inverse)
+    return float(value), 0.5 * np.append(slope_theta, slope_nuggets)
 
 
-def _minimise(start: Array, distances: Array, basis: Array, output: Array) -> tuple[float, Array]:
-    bounds = [tuple(np.log(THETA_BOUNDS))] * (len(start) - 1) + [tuple(np.log(NUGGET_BOUNDS))]
+def _minimise(start: Array, problem: Problem) -> tuple[float, Array]:
+    nuggets = len(problem.covariance.sizes)
+    bounds = [tuple(np.log(THETA_BOUNDS))] * (len(start) - nuggets) + [tuple(np.log(NUGGET_BOUNDS))] * nuggets
     result = minimize(
         negative_log_likelihood,
         start,
-        args=(distances, basis, output),
+        args=(problem,),
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,
@@ -141,15 +203,25 @@ def _minimise(start: Array, distances: Array, basis: Array, output: Array) -> tu
     return float(result.fun), np.asarray(result.x)
 
 
-def maximise(correlation: str, scaled: Array, output: Array) -> tuple[Array, float]:
-    """theta (d,) and nugget of greatest likelihood (L-BFGS-B on the logarithms, two starts).
+def maximise(
+    problem: Callable[[NDArray[np.intp]], Problem], points: int, dimensions: int, starts: Sequence[float]
+) -> tuple[Array, Array]:
+    """theta (d,) and nuggets of greatest likelihood: L-BFGS-B on the logarithms, from each theta of ``starts``.
 
-    With more than ``SUBSET`` rows the starts compete on evenly spaced rows and the best is finished on all of them.
+    ``problem(rows)`` is the likelihood of some rows of the design of ``points`` rows. With more than ``SUBSET`` data
+    the starts compete on evenly spaced rows and the best is finished on all of them.
     """
-    rows = np.linspace(0, len(output) - 1, min(len(output), SUBSET)).round().astype(int)
-    subset = (metrics(correlation, 0.0, scaled[rows]), trend(scaled[rows]), output[rows])
-    starts = [np.log(np.append(np.full(scaled.shape[1], THETA_START * factor), NUGGET_START)) for factor in STARTS]
-    _, best = min((_minimise(start, *subset) for start in starts), key=lambda item: item[0])
-    if len(rows) < len(output):
-        _, best = _minimise(best, metrics(correlation, 0.0, scaled), trend(scaled), output)
-    return np.exp(best[:-1]), float(np.exp(best[-1]))
+    everything = problem(np.arange(points))
+    rows = np.linspace(0, points - 1, max(1, points * min(len(everything.data), SUBSET) // len(everything.data)))
+    some = problem(rows.round().astype(np.intp)) if len(rows) < points else everything
+    nuggets = len(everything.covariance.sizes)
+    guesses = [np.log([start] * dimensions + [NUGGET_START] * nuggets) for start in starts]
+    _, best = min((_minimise(guess, some) for guess in guesses), key=lambda item: item[0])
+    if some is not everything:
+        _, best = _minimise(best, everything)
+    theta, fitted = np.split(np.exp(best), [-nuggets])
+    return theta, fitted
+
+
+def trend_pairs(dimensions: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    return pairs(dimensions, "quadratic")
