@@ -106,8 +106,8 @@ class Posterior:
 
     def covariance(self, points: Array, seen: Whitened, one: int) -> Array:
         """Predicted covariance (k,) of the means at ``points`` (k, d), ``seen`` whitened, with that at ``one``."""
-        none = {"weights": np.zeros(len(points)), "gradient_weights": np.empty((0, points.shape[1]))}
-        among = replace(self.state, inputs=points, **none)
+        none = np.empty((0, points.shape[1]))
+        among = replace(self.state, inputs=points, weights=np.zeros(len(points)), gradient_weights=none)
         prior = _product(self._factors(among, points[one : one + 1], 0))[0, : len(points)]
         known = seen.data[:, one] @ seen.data - seen.trend[:, one] @ seen.trend
         return self.scale * (prior - known)
