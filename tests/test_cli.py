@@ -146,6 +146,7 @@ def test_point_that_may_not_be_flown_is_no_failure(capsys):
     assert "kW per engine above" in figures["reason"]
 
 
+@pytest.mark.slow
 def test_point_without_trim(capsys):
     words = ("trim", "--mass", 2200, "--speed", 30, "--altitude", 2000, "--rotor-speed-percent", 60, "--json")
     code, out, err = run(capsys, *words)

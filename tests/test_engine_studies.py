@@ -133,6 +133,7 @@ def test_shares_add_up_in_either_direction(states):
     assert there["air at the inlet (ram)"] < -0.02
 
 
+@pytest.mark.slow
 def test_no_number_inside_its_range_explains_the_flight_manual():
     pairs = part_power.ends(ENGINE)
     names = {end.name for pair in pairs for end in pair if end is not None}

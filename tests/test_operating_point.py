@@ -148,6 +148,7 @@ def test_each_way_to_be_unflyable(expected, arguments, changes, words):
         assert "no: " in str(result)
 
 
+@pytest.mark.slow
 def test_a_stalled_point_without_trim_has_no_numbers_but_its_loading():
     result = point(2400.0, 50.0, rotor_speed=0.8 * NOMINAL, load_factor=1.2)
     assert not result.success
@@ -199,6 +200,7 @@ def test_trim_reaches_difficult_points_from_a_guess_or_without():
     assert (far.stage, alone.stage) == ("guess", "momentum")
 
 
+@pytest.mark.slow
 def test_bulk_solver_and_ipopt_give_the_same_points():
     """The same root over the flyable box, by two unrelated solvers."""
     low = (1400.0, 0.0, 0.0, 0.9, 0.105)
@@ -212,6 +214,7 @@ def test_bulk_solver_and_ipopt_give_the_same_points():
             assert newton.outputs[name] == pytest.approx(ipopt.outputs[name], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_one_tail_rotor_power_for_one_point():
     """Inside its limit the tail rotor has one power: approached from a heavier neighbour, or from nowhere.
 

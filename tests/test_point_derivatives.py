@@ -43,6 +43,7 @@ def solved(flight: dict[str, float], engines: int | None, near: OperatingPoint |
     return point
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "engines"),
     [

@@ -58,6 +58,7 @@ def test_reversed_flow_is_on_the_retreating_side(fields):
     assert 0.0 < retreating_angle(fields) < math.radians(20.0)
 
 
+@pytest.mark.slow
 def test_no_map_without_a_trim():
     lost = vrsopt.trim(5000.0, 80.0, altitude=3000.0, method="newton")
     assert not lost.success

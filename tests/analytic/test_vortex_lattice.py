@@ -121,12 +121,14 @@ def test_wing_of_aspect_ratio_six():
     assert slope == pytest.approx(2 * pi * 6 / (2 + np.sqrt(4 + 36)), rel=0.08) and slope < 2 * pi * 6 / 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "tolerance"), [(0.25, 0.05), (0.1, 0.015)])
 def test_slender_blades_have_the_thrust_of_the_lattice(share, tolerance):
     """With a chord of R / 24 and R / 60 instead of R / 6."""
     assert disc_thrust(8, share) == pytest.approx(Lattice(radians(8), share * CHORD).thrust(), rel=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("collective_deg", "excess"), [(5, 0.31), (8, 0.165), (12, 0.16)])
 def test_caradonna_tung_rotor(collective_deg, excess):
     """Not met: the lattice, with the same section, also gives more thrust than measured (NASA TM-81232), by ``excess``.

@@ -8,6 +8,7 @@ from vrsopt import foca
 from vrsopt.turboshaft.data import load_engine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fit", ["shipped", "wide_mixing"])
 def test_fitted_numbers(fit):
     engine = load_engine()

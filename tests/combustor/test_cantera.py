@@ -45,6 +45,7 @@ def in_range(case: dict) -> bool:
     return case["pressure"] > 3e5 and 0.5 < case["equivalence_ratio"] < 1.05
 
 
+@pytest.mark.slow
 def test_equilibrium(comparison, reactors):
     """All 48 cases: no hotter than without nitrogen oxides, which ours may leave out, and no colder than with them."""
     with_oxides, without = reactors.Gas("full"), reactors.Gas("inert")

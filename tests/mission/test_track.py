@@ -144,6 +144,7 @@ def test_a_clean_step_in_altitude_shows_the_lift_off(clean):
     assert clean.profile.segments[0].duration == pytest.approx(121.0, abs=2.0)
 
 
+@pytest.mark.slow
 def test_the_file_s_own_word_on_the_ground_counts(flight):
     fixes = record(flight, TYPICAL)
     on_ground = (fixes.time < 100.0) | (fixes.time > flight.duration - 40.0)
@@ -186,6 +187,7 @@ def test_a_hover_in_the_air_and_a_vertical_climb():
     assert np.all(motion.ground_speed < 0.02) and np.ptp(motion.altitude) > 75.0
 
 
+@pytest.mark.slow
 def test_the_date_line_does_not_matter(flight):
     fixes = record(flight, QUIET)
     here = track_profile(track_of(fixes)).profile.grid(5.0)
@@ -195,6 +197,7 @@ def test_the_date_line_does_not_matter(flight):
     np.testing.assert_allclose(there.grid(5.0).speed, here.speed, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_wind_changes_the_airspeed_and_stays_off_the_ground(flight):
     east = Wind((0.0,), (5.0,), (0.0,))
     found = track_profile(track_of(record(flight, QUIET)), wind=east).profile

@@ -52,6 +52,7 @@ def test_what_is_wrong_with_a_record_is_said(noisy):
         assert words in text, words
 
 
+@pytest.mark.slow
 def test_a_long_gap_is_flown_straight_and_a_longer_one_refused(flight):
     fixes = record(flight, QUIET)
     keep = (fixes.time < 290.0) | (fixes.time > 390.0)
@@ -66,6 +67,7 @@ def test_a_long_gap_is_flown_straight_and_a_longer_one_refused(flight):
         track_profile(track_of(gap))
 
 
+@pytest.mark.slow
 def test_fixes_without_altitude_and_repeated_positions(flight):
     fixes = record(flight, QUIET)
     altitude = np.where((fixes.time > 500) & (fixes.time < 520), np.nan, fixes.altitude)
@@ -80,6 +82,7 @@ def test_fixes_without_altitude_and_repeated_positions(flight):
     assert rms(grid.speed[(grid.time > 590) & (grid.time < 720)] - 40.0) < 0.5
 
 
+@pytest.mark.slow
 def test_tight_turns_of_a_sparse_record_are_no_outliers():
     pilot = Pilot(600.0).fly("cruise", 30.0, speed=35.0).fly("cruise", 60.0)
     pilot.circuit(1500.0, 200.0, 4).fly("cruise", 60.0)
@@ -88,6 +91,7 @@ def test_tight_turns_of_a_sparse_record_are_no_outliers():
         assert not any("left out" in note for note in track_profile(track_of(fixes)).notes)
 
 
+@pytest.mark.slow
 def test_noise_about_sea_level_is_no_depth():
     flight = surveillance(circuits=1)
     fixes = record(flight, TYPICAL)
@@ -96,6 +100,7 @@ def test_noise_about_sea_level_is_no_depth():
     assert any("those below 0 m are taken as 0 m" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_speeds_and_courses_of_the_file_are_compared(flight):
     fixes = record(flight, QUIET)
     speed = at(flight, fixes.time)[0].speed

@@ -122,6 +122,7 @@ def test_a_line_over_the_antimeridian_is_cut_there():
     assert len(cut_at_antimeridian(near_prime_meridian)) == 1
 
 
+@pytest.mark.slow
 def test_a_flight_over_the_antimeridian_is_in_parts_on_one_side_each(mission_text, tmp_path):
     flight = Flight(Pose(Point(-17.0, 179.98), 90.0), altitude=100.0, speed=50.0)
     flight.fly("cruise", 120.0, task="over the line")

@@ -112,6 +112,7 @@ def test_flights_without_stops_on_the_ground_are_one_landing(transport, search):
     assert foca_estimates(away, machine.aircraft, machine.engine)[2] == 0
 
 
+@pytest.mark.slow
 def test_a_combustor_that_was_not_solved_fails_the_physics(monkeypatch):
     def unsolved(engine, states):
         flows = {name: 1e-4 * states["burnt_fuel_flow"] for name in ("nox", "co", "co2")}
@@ -124,6 +125,7 @@ def test_a_combustor_that_was_not_solved_fails_the_physics(monkeypatch):
     assert "physics: combustor not solved at" in result.message
 
 
+@pytest.mark.slow
 def test_a_light_aircraft_is_closed_from_below_the_sampled_box():
     """Empty it would weigh less than the lightest sampled mass, with its fuel it does not."""
     loading = {"empty_kg": 1000.0, "equipment_kg": {"cabin": 195.0}, "reserve_minutes": 60.0}
@@ -138,6 +140,7 @@ def test_a_light_aircraft_is_closed_from_below_the_sampled_box():
         solve(hop(loading={"empty_kg": 900.0}), schedules=("nominal",), workers=1)
 
 
+@pytest.mark.slow
 def test_a_flown_mission_takes_off_with_its_own_mass():
     mission = hop()
     flown = FlownMission(
@@ -162,6 +165,7 @@ def test_a_flown_mission_takes_off_with_its_own_mass():
         solve(replace(flown, takeoff_mass=2510.0), schedules=("nominal",), workers=1)
 
 
+@pytest.mark.slow
 def test_prescribed_climb_and_descent_cost_more_than_modelled_ones():
     comparison = solve(hop(), schedules=("prescribed",), variables="both", workers=1)
     names = ["nominal", "pointwise", "pointwise_rate_limited", "prescribed", "prescribed_rate_limited"]
@@ -212,6 +216,7 @@ def test_missions_that_can_not_be_flown_say_why(changes, error, message):
         solve(hop(**changes), schedules=("nominal",), workers=1)
 
 
+@pytest.mark.slow
 def test_a_pick_up_beyond_the_largest_mass_is_named():
     data = read_toml(SARM)
     for task in data["tasks"]:

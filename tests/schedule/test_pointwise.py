@@ -35,6 +35,7 @@ def test_batched_minimum_is_the_minimum_of_a_fine_enumeration(nodes):
     assert np.all(optima.excess <= 1e-8)
 
 
+@pytest.mark.slow
 def test_nsga2_finds_the_optimum_of_the_nested_grids(nodes):
     model, mass = nodes
     box = SETTINGS.box(model.bounds)
@@ -55,6 +56,7 @@ def test_nsga2_does_not_depend_on_the_number_of_workers(nodes):
     np.testing.assert_array_equal(one.twist, two.twist)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("variables", "held"), [("speed", "twist"), ("twist", "rotor_speed")])
 def test_a_variable_that_is_not_free_stays_nominal(nodes, variables, held):
     model, mass = nodes

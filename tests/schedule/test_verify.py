@@ -143,6 +143,7 @@ def test_the_rate_of_the_rotor_speed_counts_on_both_sides_of_an_edge():
     assert flight.fuel_flow[1] > 1.005 * flight.fuel_flow[2]  # the same trim, with and without the kinetic power
 
 
+@pytest.mark.slow
 def test_what_can_not_be_flown_is_named_with_time_and_task():
     fails = flown(made(("hover", 30.0, {}), ("too heavy", 30.0, {"speed": 20.0, "load_factor": 5.0})))
     assert not fails.success and fails.message.startswith("no physics at 30 s (too heavy): ")

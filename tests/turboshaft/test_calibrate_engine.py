@@ -59,6 +59,7 @@ def test_combustion_loss_is_the_fit_of_the_fleet(name):
     assert (combustor.loss_slope, combustor.loss_curvature) == pytest.approx(solved, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_report_is_a_table():
     lines = calibrate_engine.report(load_engine())
     assert sum("variant only" in line for line in lines) == 2
