@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate import trend as trends
-from vrsopt.surrogate.correlation import BLOCK, Array, correlate, factor, ratios
+from vrsopt.surrogate.correlation import BLOCK, Array, factor, separable
 from vrsopt.surrogate.gradient_enhanced import JointCovariance, joint_basis, joint_data
 from vrsopt.surrogate.likelihood import LeastSquares, Problem, ValueCovariance, one_norm
 
@@ -60,6 +60,11 @@ class KrigingState:
         """Whether gradients were fitted."""
         return len(self.gradient_weights) > 0
 
+    @property
+    def output_error(self) -> float:
+        """Deviation of an error in the outputs that the nugget stands for, in their units."""
+        return float(self.scale * np.sqrt(self.variance * self.nugget))
+
     def scale_inputs(self, points: Array) -> Array:
         """``points`` (..., d) in physical units, scaled to [0, 1]."""
         return (points - self.lower) / (self.upper - self.lower)
@@ -90,11 +95,14 @@ class KrigingState:
         """
         dimensions = len(self.names)
         form = trends.quadratic_form(self.coefficients, dimensions, self.trend)
+        gradient_weights = self.gradient_weights.T if self.enhanced else None
         result: tuple[Array, ...] = tuple(np.zeros((len(points),) + (dimensions,) * k) for k in range(order + 1))
         for rows, scaled, difference in self._blocks(points):
             extended = np.concatenate([np.ones((len(scaled), 1)), scaled], axis=1)
             level = extended @ form
-            process = self._process(difference, order)
+            process = separable(
+                self.correlation, self.smoothing, self.theta, difference, self.weights, gradient_weights, order
+            )
             result[0][rows] = 0.5 * np.sum(level * extended, axis=1) + process[0]
             if order > 0:
                 result[1][rows] = level[:, 1:] + process[1]
@@ -113,34 +121,6 @@ class KrigingState:
             rows = slice(begin, begin + step)
             scaled = self.scale_inputs(points[rows])
             yield rows, scaled, scaled[:, :, None] - samples
-
-    def _process(self, difference: Array, order: int) -> tuple[Array, ...]:
-        """What the samples add to the trend, and its derivatives by the scaled inputs, at ``difference`` (m, d, n)."""
-        value = correlate(self.correlation, self.smoothing, self.theta, difference)
-        if order == 0 and not self.enhanced:
-            return (value @ self.weights,)
-        needed = order + 1 if self.enhanced else order
-        first, *higher = ratios(self.correlation, self.smoothing, self.theta[:, None], difference, needed)
-        weighted = value * self.weights
-        # With a product of factors only the factor of the input itself differs from p_a p_b: v_a (p_a^2 - q_a).
-        extra = np.zeros(())
-        if self.enhanced:
-            slopes = value[:, None] * self.gradient_weights.T
-            weighted = weighted - np.sum(slopes * first, axis=1)
-            extra = slopes * (first**2 - higher[0]) if order > 0 else extra
-        result: tuple[Array, ...] = (np.sum(weighted, axis=1),)
-        if order > 0:
-            result += (np.sum(weighted[:, None] * first + extra, axis=2),)
-        if order > 1:
-            half = (0.5 * weighted[:, None] * first + extra) @ np.swapaxes(first, 1, 2)
-            hessian = half + np.swapaxes(half, 1, 2)
-            second = weighted[:, None] * higher[0]
-            if self.enhanced:
-                second += slopes * (first * higher[0] - higher[1])
-            diagonal = np.arange(len(self.theta))
-            hessian[:, diagonal, diagonal] = np.sum(second, axis=2)
-            result += (hessian,)
-        return result
 
     @property
     def problem(self) -> Problem:

@@ -1,4 +1,4 @@
-"""Leave-one-out figures of a fitted Kriging: correlation, slope, mean and spread of the error."""
+"""Figures of a fitted Kriging, left out or held out: correlation, slope, mean and spread of the error, coverage."""
 
 from __future__ import annotations
 
@@ -62,4 +62,26 @@ def accuracy(computed: ArrayLike, predicted: ArrayLike) -> Accuracy:
 
 def leave_one_out(kriging: Kriging) -> Accuracy:
     """Figures of the fitted ``kriging``, each point predicted by the model without it (trend re-estimated)."""
-    return accuracy(*kriging.leave_one_out())
+    computed, predicted = kriging.leave_one_out()
+    return accuracy(computed, predicted)
+
+
+def coverage(computed: ArrayLike, predicted: ArrayLike, deviation: ArrayLike, *, sigmas: float = 2.0) -> float:
+    """Share [%] of ``computed`` values (n,) within ``sigmas`` predicted deviations of ``predicted``.
+
+    95.45 % for two deviations if errors are normal and the deviations right.
+    """
+    error = np.abs(np.asarray(predicted, dtype=float) - np.asarray(computed, dtype=float))
+    return float(100.0 * np.mean(error <= sigmas * np.asarray(deviation, dtype=float)))
+
+
+def leave_one_out_coverage(kriging: Kriging, *, sigmas: float = 2.0) -> float:
+    """:func:`coverage` [%] of the sampled outputs, each predicted without its point. They carry the nugget's error."""
+    computed, predicted, deviation = kriging.leave_one_out(return_std=True)
+    return coverage(computed, predicted, np.hypot(deviation, kriging.state_.output_error), sigmas=sigmas)
+
+
+def held_out_coverage(kriging: Kriging, X: ArrayLike, y: ArrayLike, *, sigmas: float = 2.0) -> float:
+    """:func:`coverage` [%] of outputs ``y`` (k,) at ``X`` (k, d) not fitted. They carry the nugget's error."""
+    predicted, deviation = kriging.predict(X, return_std=True)
+    return coverage(y, predicted, np.hypot(deviation, kriging.state_.output_error), sigmas=sigmas)
