@@ -134,7 +134,7 @@ def test_an_optimiser_keeps_to_what_is_known(measure, largest):
         errors.append(np.max(np.abs(model.state_.predict(found) - truth(found))))
         if bound == largest:
             assert np.max(measure(model)(found)[0]) == pytest.approx(largest, rel=1e-4)
-    assert errors[0] < 0.2 * errors[1]
+    assert errors[0] < 0.3 * errors[1]
 
 
 def test_weak_points_are_those_of_refits():

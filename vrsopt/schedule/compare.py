@@ -34,6 +34,7 @@ from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.prescribed import prescribed_schedule
 from vrsopt.schedule.refinement import refined_trajectory
 from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.reliance import reliance
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
 from vrsopt.schedule.study_input import DEFAULT, checked_schedules, loaded, read, schedule_settings
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
@@ -49,6 +50,7 @@ ORDER = (
     "prescribed_rate_limited",
     "trajectory",
 )
+DECISION_STEP = 60.0  # s
 RESERVE_SPEEDS = np.arange(15.0, 46.0)  # m/s, among which the best-endurance speed is found
 
 
@@ -183,6 +185,7 @@ class _Study:
             )
         flights = {name: self.grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
         emissions = {name: self.grid.emissions(flight) for name, flight in flights.items()}
+        nodes = decision_nodes(self.profile, DECISION_STEP)
         base, base_physics = flights["nominal"].fuel, physics[0].fuel
         return {
             name: ScheduleResult(
@@ -195,6 +198,7 @@ class _Study:
                 fuel_physics_delta_percent=100 * (flown.fuel / base_physics - 1),
                 changes=changes(emissions[name], emissions["nominal"]),
                 physics_changes=changes(flown.emissions, physics[0].emissions),
+                reliance=reliance(self.make, nodes, self.grid, flights[name]),
             )
             for (name, schedule), flown in zip(schedules.items(), physics, strict=True)
         }
@@ -239,7 +243,7 @@ class _Study:
 
     def _band(self, settings: ScheduleSettings) -> Band:
         """Rotor speeds within 0.5 % of least fuel at the decision nodes in flight, at the nominal schedule's mass."""
-        nodes = decision_nodes(self.profile, 60.0)
+        nodes = decision_nodes(self.profile, DECISION_STEP)
         model = self.make(nodes.conditions())
         mass = self.grid.burned(self.nominal, takeoff_mass=self.loading.takeoff_mass)[0]
         mass = nodes.interpolated(self.grid, mass)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.file import Mission
@@ -45,6 +46,8 @@ class ScheduleResult:
 
     ``fuel_delta_closed``: with the take-off mass closed again, so that the fuel saved need not be carried.
     ``emissions``: of ``flight``; ``changes`` of them by name, and those on the physics, empty if that was not solved.
+    ``reliance``: what the flight relies on in the surrogate's design (see :mod:`vrsopt.schedule.reliance`), None if it
+    was not asked for.
     """
 
     schedule: Schedule
@@ -56,6 +59,7 @@ class ScheduleResult:
     fuel_physics_delta_percent: float
     changes: Mapping[str, float]
     physics_changes: Mapping[str, float]
+    reliance: xr.Dataset | None = field(default=None, repr=False)
 
     @property
     def success(self) -> bool:
@@ -66,7 +70,13 @@ class ScheduleResult:
     def message(self) -> str:
         """What is wrong; without anything wrong, what is worth knowing."""
         wrong = [part.message for part in (self.flight, self.physics) if not part.success]
-        return "; ".join(dict.fromkeys(wrong)) or self.flight.message
+        poor_data = self.reliance.attrs["poor_data"] if self.reliance is not None else ""
+        return "; ".join(filter(None, [*dict.fromkeys(wrong or [self.flight.message]), poor_data]))
+
+    @property
+    def surrogate_std_percent(self) -> float:
+        """Largest predicted standard deviation of the rotors' power along the flight, per cent; nan if not asked."""
+        return math.nan if self.reliance is None else float(self.reliance.attrs["largest_std_percent"])
 
 
 @dataclass(frozen=True)
@@ -134,6 +144,7 @@ class Comparison:
             "fuel_physics_quadrature_error_kg": _number(result.physics.quadrature_error),
             "max_rotor_speed_rate_percent_s": _number(rate),
             "max_twist_rate_deg_s": _number(twist_rate),
+            "surrogate_std_percent": _number(result.surrogate_std_percent),
             "physics_largest_usage_percent": self._usage(result.physics),
             "time_on_limits_percent": {name: 100 * share for name, share in result.flight.time_on_limits.items()},
             **emission_figures(self.profile, result),
