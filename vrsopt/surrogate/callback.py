@@ -84,7 +84,7 @@ class _Order(ca.Callback):
     def has_eval_buffer(self) -> bool:
         return True
 
-    def eval_buffer(self, arg: list[memoryview], res: list[memoryview | None]) -> int:
+    def eval_buffer(self, arg: Any, res: Any) -> int:
         if res[0] is not None:
             np.frombuffer(res[0])[:] = self.results.at(arg[0])[self.order].ravel()
         return 0
@@ -100,7 +100,7 @@ class _Order(ca.Callback):
     def has_jacobian(self) -> bool:
         return self.order < HESSIAN
 
-    def get_jacobian(self, name: str, names_in: list[str], names_out: list[str], options: dict[str, Any]) -> Any:
+    def get_jacobian(self, name: str, names_in: Any, names_out: Any, options: Any) -> Any:
         """The callback of the next order, its entries placed where the Jacobian of this one is not zero."""
         x, y = ca.MX.sym("x", self.sparsity_in(0)), ca.MX.sym("y", ca.Sparsity(*self.size_out(0)))
         following = _Order(f"{self.name()}_{self.order + 1}", self.order + 1, self.results)
