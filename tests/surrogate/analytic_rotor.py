@@ -5,9 +5,9 @@ import time
 import numpy as np
 
 from vrsopt.surrogate.database import PointRecord
-from vrsopt.surrogate.sampling import BOUNDS, NAMES
+from vrsopt.surrogate.space import LEVEL
 
-LOWER, UPPER = BOUNDS
+LOWER, UPPER = np.array(LEVEL.lower), np.array(LEVEL.upper)
 RADIUS, SOLIDITY = 4.91, 0.07
 
 
@@ -38,12 +38,20 @@ def design(size, *, seed=0):
     return LOWER + (UPPER - LOWER) * np.random.default_rng(seed).random((size, 5))
 
 
+def power_slopes(point):
+    """Derivatives of the power at one point (5,) by central differences."""
+    steps = 1e-6 * (UPPER - LOWER) * np.eye(5)
+    rise = shaft_power(point + steps) - shaft_power(point - steps)
+    return dict(zip(LEVEL.names, (rise / (2e-6 * (UPPER - LOWER))).tolist(), strict=True))
+
+
 def evaluate(inputs):
     """One operating point as ``sample`` wants it: points of high blade loading are not flyable."""
-    point = np.array([[inputs[name] for name in NAMES]])
-    loading = float(blade_loading(point)[0])
+    point = np.array([inputs[name] for name in LEVEL.names])
+    power, loading = float(shaft_power(point[None])[0]), float(blade_loading(point[None])[0])
     status, reason = ("ok", "") if loading < 0.12 else ("stalled", f"blade loading {loading:.3f} above 0.120")
-    return PointRecord({"power": float(shaft_power(point)[0]), "blade_loading": loading}, status, reason, 7, 1e-9)
+    slopes = {"power": power_slopes(point)}
+    return PointRecord({"power": power, "blade_loading": loading}, status, reason, 7, 1e-9, slopes)
 
 
 def evaluate_slowly(inputs):

@@ -1,4 +1,4 @@
-"""The design of experiments on file: round trip, read-only reading, and every refusal with its message."""
+"""The design of experiments on file: round trip, read-only reading, exports, and every refusal with its message."""
 
 import hashlib
 import shutil
@@ -7,46 +7,160 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate.database import Database, DesignMeta, PointRecord, Row
+from vrsopt.surrogate.design_table import read_points, unit
 
-META = DesignMeta("0.1.0", "abc", 1, 10, ("mass", "speed"), (1400.0, 0.0), (2500.0, 70.0), ("power", "fuel_flow"))
+META = DesignMeta(
+    "0.1.0",
+    "abc",
+    "small",
+    "latin_hypercube",
+    1,
+    10,
+    ("mass", "speed"),
+    (1400.0, 0.0),
+    (2500.0, 70.0),
+    ("power", "fuel_flow"),
+    ("fuel_flow",),
+)
 
 
-def row(index, status="ok", **outputs):
-    values = outputs or {"power": 1e5 + index, "fuel_flow": 0.1 / 3.0}
-    record = PointRecord(values, status, "" if status == "ok" else "blade loading 0.130 above 0.120", 5, 1e-10)
-    return Row(index, {"mass": 2000.0 + index / 3.0, "speed": 30.0}, record)
+def row(point, status="ok", slopes=True, **outputs):
+    values = outputs or {"power": 1e5 + point, "fuel_flow": 0.1 / 3.0}
+    reason = "" if status == "ok" else "blade loading 0.130 above 0.120, \u00abstall\u00bb"
+    derivatives = {"fuel_flow": {"mass": 1e-5 / 3.0 * (1 + point), "speed": np.nan}} if slopes else {}
+    record = PointRecord(values, status, reason, 5, 1e-10, derivatives)
+    return Row(point, {"mass": 2000.0 + point / 3.0, "speed": 30.0}, record, 0.25)
+
+
+ROWS = [row(2, "not converged", slopes=False, power=np.nan), row(-2), row(0), row(-1), row(1, "stalled")]
 
 
 @pytest.fixture
 def path(tmp_path):
+    """Rows as they may arrive; a third point is to be added."""
     file = tmp_path / "a design #1.db"
     with Database.create(file, META) as database:
-        database.append([row(0), row(1, status="stalled"), row(2, status="not converged", power=np.nan)])
+        database.register([[2000.0 - 1 / 3.0, 30.0], [2000.0 - 2 / 3.0, 30.0], [1500.0, 3.0]])
+        for each in ROWS:
+            database.append([each])
     return file
 
 
-def test_round_trip_to_the_last_bit(path):
+def test_round_trip_to_the_last_bit_in_the_order_of_the_design(path):
     with Database.open(path, META) as database:
-        assert database.meta == META
+        assert (database.meta, database.samples) == (META, 10)
         inputs, outputs = database.arrays()
         everything, results = database.arrays(flyable=False)
-        data = database.dataset()
-    np.testing.assert_array_equal(inputs, [[2000.0, 30.0]])
-    np.testing.assert_array_equal(outputs, [[1e5, 0.1 / 3.0]])
+        assert database.found() == {0: "ok", 1: "stalled", 2: "not converged", -1: "ok", -2: "ok"}
+        assert database.status() == ["ok", "stalled", "not converged", "ok", "ok"]
+        assert database.pending() == {-3: (1500.0, 3.0)}
+    np.testing.assert_array_equal(inputs, [[2000.0, 30.0], [2000.0 - 1 / 3.0, 30.0], [2000.0 - 2 / 3.0, 30.0]])
+    np.testing.assert_array_equal(outputs, [[1e5 + k, 0.1 / 3.0] for k in (0, -1, -2)])
     assert everything[1, 0] == 2000.0 + 1.0 / 3.0
     assert np.all(np.isnan(results[2]))
-    assert data.status.values.tolist() == ["ok", "stalled", "not converged"]
+
+
+def test_derivatives_are_rows_of_the_same_points(path):
+    with Database.open(path) as database:
+        flyable, everything = database.derivatives(), database.derivatives(flyable=False)
+    assert everything.shape == (5, 2, 2) and flyable.shape == (3, 2, 2)
+    assert np.all(np.isnan(everything[:, 0])) and np.all(np.isnan(everything[:, 1, 1]))
+    np.testing.assert_array_equal(everything[:, 1, 0], [1e-5 / 3.0, 2e-5 / 3.0, np.nan, 0.0, -1e-5 / 3.0])
+    np.testing.assert_array_equal(flyable, everything[[0, 3, 4]])
+
+
+def test_data_set_has_units_and_all_there_is_to_know(path):
+    with Database.open(path) as database:
+        data = database.dataset()
+    assert data.sequence.values.tolist() == [0, 1, 2, -1, -1]
+    assert data.status.values.tolist()[:3] == ["ok", "stalled", "not converged"]
     assert "0.130" in str(data.reason.values[1])
-    assert data.attrs["seed"] == 1 and data.attrs["outputs"] == ["power", "fuel_flow"]
+    assert data.d_fuel_flow.dims == ("point", "input") and "d_power" not in data
+    assert float(data.d_fuel_flow.sel(input="mass")[1]) == 2e-5 / 3.0
+    assert (data.mass.units, data.power.units, data.fuel_flow.units) == ("kg", "W", "kg/s")
+    assert data.unit.values.tolist() == ["kg", "m/s"] and data.upper.values.tolist() == [2500.0, 70.0]
+    assert (data.attrs["seed"], data.attrs["outputs"], data.attrs["space"]) == (1, "power fuel_flow", "small")
+    assert (unit("tail_blade_loading"), unit("nox_flow_wide_mixing"), unit("colour")) == ("1", "kg/s", "")
+
+
+def test_netcdf_is_the_data_set(path, tmp_path):
+    with Database.open(path) as database:
+        database.to_netcdf(tmp_path / "design.nc")
+        data = database.dataset()
+    with xr.open_dataset(tmp_path / "design.nc", engine="scipy") as file:
+        loaded = file.load()
+    assert loaded.attrs.pop("seed") == str(data.attrs.pop("seed"))
+    for name in ("status", "reason", "unit", "input"):
+        loaded[name] = loaded[name].astype(str)
+    assert loaded.identical(data)
+
+
+def test_seed_of_any_length_can_be_exported(tmp_path):
+    with Database.create(tmp_path / "a.db", replace(META, seed=2**62)) as database:
+        database.to_netcdf(tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc", engine="scipy") as data:
+        assert data.attrs["seed"] == str(2**62) and data.sizes["point"] == 0
+
+
+def test_csv_can_be_fed_back(path, tmp_path):
+    table = tmp_path / "design.csv"
+    with Database.open(path) as database:
+        database.to_csv(table)
+        inputs, _ = database.arrays(flyable=False)
+    head, *lines = table.read_text(encoding="utf-8").splitlines()
+    assert head == (
+        "point,sequence,mass,speed,power,fuel_flow,status,reason,iterations,residual_norm,seconds,"
+        "d_fuel_flow_d_mass,d_fuel_flow_d_speed"
+    )
+    assert lines[0] == f"0,0,2000.0,30.0,100000.0,{0.1 / 3!r},ok,,5,1e-10,0.25,{1e-5 / 3!r},"
+    assert lines[3].startswith("3,,1999.66")
+    assert lines[2].startswith("2,2,2000.66") and ",,,not converged," in lines[2] and lines[2].endswith(",,")
+    np.testing.assert_array_equal(read_points(table, META), inputs)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no column mass: needed are mass, speed"),
+        ("mass\n2000\n", "no column speed: needed are mass, speed"),
+        ("mass,speed,colour\n2000,3,red\n", "column 'colour': one of mass, speed, or of an export"),
+        ("mass,speed,mass\n2000,3,2\n", "column mass: 2 times: allowed once"),
+        ("mass,speed\n", "no points"),
+        ("mass,speed\n2000,3\n\n2000,fast\n", "line 4: speed = 'fast': a number"),
+        ("mass,speed\n2000\n", "line 2: 1 values: 2, one for each column"),
+        ("mass,speed\n\0\udcff\n", "not a CSV file"),
+    ],
+)
+def test_tables_of_points_that_are_refused(tmp_path, text, message):
+    table = tmp_path / "points.csv"
+    table.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(InputError, match=f"points.csv: {message}"):
+        read_points(table, META)
+
+
+def test_table_as_a_spreadsheet_writes_it(tmp_path):
+    (tmp_path / "points.csv").write_bytes("\ufeffspeed, mass\r\n3,2e3\r\n4, 2100 \r\n".encode())
+    np.testing.assert_array_equal(read_points(tmp_path / "points.csv", META), [[2000.0, 3.0], [2100.0, 4.0]])
+    with pytest.raises(InputError, match="none.csv: can not be read"):
+        read_points(tmp_path / "none.csv", META)
+
+
+def test_exports_to_nowhere_are_refused(path, tmp_path):
+    with Database.open(path) as database:
+        for write in (database.to_csv, database.to_netcdf):
+            with pytest.raises(InputError, match="can not be written"):
+                write(tmp_path / "nowhere" / "a")
 
 
 def test_empty_design_reads_as_no_points(tmp_path):
     with Database.create(tmp_path / "empty.db", META) as database:
         assert database.status() == []
         assert database.arrays()[0].shape == (0, 2)
+        assert database.derivatives().shape == (0, 2, 2)
         assert database.dataset().sizes["point"] == 0
 
 
@@ -62,9 +176,38 @@ def test_reading_changes_nothing(path):
 
 def test_batch_with_a_duplicate_is_rejected_as_a_whole(path):
     with Database.open(path, write=True) as database:
+        before = database.dataset()
         with pytest.raises(InputError, match="points 2 to 3: not stored"):
             database.append([row(3), row(2)])
-        assert len(database.status()) == 3
+        with pytest.raises(InputError, match="point 4: derivatives of 'power' by mass: the file's"):
+            database.append(
+                [row(3), replace(row(4), record=replace(row(4).record, derivatives={"power": {"mass": 1}}))]
+            )
+        assert database.dataset().identical(before)
+
+
+def test_cut_removes_the_end_of_the_sequence_with_its_derivatives(path):
+    with Database.open(path, write=True) as database:
+        database.cut(3)
+        assert len(database.status()) == 5
+        database.cut(1)
+        assert list(database.found()) == [0, -1, -2]
+        assert database._connection.execute("SELECT point FROM derivatives").fetchall() == [(-2,), (-1,), (0,)]
+
+
+def test_added_points_are_noted_once(path):
+    with Database.open(path, write=True) as database:
+        database.register([[2000.0, 30.0], [1500.0, 3.0], [1600.0, 3.0], [1600.0, 3.0], [2000.0 - 1 / 3.0, 30.0]])
+        assert database.pending() == {-3: (1500.0, 3.0), -4: (1600.0, 3.0)}
+
+
+def test_design_is_extended_but_not_shortened(path):
+    with Database.open(path, write=True) as database:
+        database.extend(30)
+    with Database.open(path, write=True) as database:
+        assert (database.samples, database.meta) == (30, META)
+        with pytest.raises(InputError, match="samples = 30: this run has 29: at least as many"):
+            database.extend(29)
 
 
 @pytest.mark.parametrize(
@@ -72,14 +215,23 @@ def test_batch_with_a_duplicate_is_rejected_as_a_whole(path):
     [
         ({"model_version": "0.2.0"}, "model version = 0.1.0: this run has 0.2.0"),
         ({"data_hash": "xyz"}, "data hash = abc: this run has xyz"),
+        ({"space": "flight", "names": ("mass", "altitude")}, "space = small: this run has flight"),
+        ({"method": "sobol"}, "method = latin_hypercube: this run has sobol"),
         ({"seed": 2}, "seed = 1: this run has 2"),
-        ({"block_size": 20}, "samples = 10: this run has 20"),
         ({"upper": (2500.0, 80.0)}, "upper"),
+        ({"derivatives": ()}, "derivatives"),
     ],
 )
 def test_another_design_is_refused(path, change, message):
     with pytest.raises(InputError, match=message):
         Database.open(path, replace(META, **change))
+
+
+def test_part_of_what_is_expected(path):
+    Database.open(path, {"data_hash": "abc"}).close()
+    Database.open(path, replace(META, block_size=20)).close()
+    with pytest.raises(InputError, match="data hash = abc: this run has xyz"):
+        Database.open(path, {"data_hash": "xyz"})
 
 
 def test_files_that_are_no_design_are_refused(path, tmp_path):
@@ -93,14 +245,20 @@ def test_files_that_are_no_design_are_refused(path, tmp_path):
     connection.close()
     with pytest.raises(InputError, match="not a design of experiments"):
         Database.open(foreign)
+    with pytest.raises(InputError, match="no such file"):
+        Database.open(tmp_path / "none.db")
+    for taken in (path, text, foreign):
+        with pytest.raises(InputError, match="exists already"):
+            Database.create(taken, META)
+
+
+def test_empty_file_is_no_design_but_can_become_one(tmp_path):
     empty = tmp_path / "empty.db"
     empty.touch()
     with pytest.raises(InputError, match="not a design of experiments"):
         Database.open(empty)
-    with pytest.raises(InputError, match="no such file"):
-        Database.open(tmp_path / "none.db")
-    with pytest.raises(InputError, match="exists already"):
-        Database.create(path, META)
+    Database.create(empty, META).close()
+    Database.open(empty, META).close()
 
 
 def test_cut_file_is_refused(path):
@@ -130,17 +288,29 @@ def test_file_of_a_run_killed_while_writing_says_so_and_is_repaired(path, tmp_pa
 
 def test_other_schema_version_is_refused(path):
     connection = sqlite3.connect(path)
-    connection.execute("PRAGMA user_version = 7")
+    connection.execute("PRAGMA user_version = 1")
     connection.close()
-    with pytest.raises(InputError, match="schema version 7: this program reads 1"):
+    with pytest.raises(InputError, match="schema version 1: this program reads 2: sample it again"):
         Database.open(path)
 
 
-def test_missing_points_are_noticed(path):
-    with Database.open(path, write=True) as database:
-        database.append([row(5)])
-        with pytest.raises(InputError, match="points 0 to 5: 4 of them"):
-            database.status()
+@pytest.mark.parametrize(
+    ("damage", "table"),
+    [
+        ("DELETE FROM meta WHERE name = 'samples'", "meta"),
+        ("UPDATE meta SET value = 'null' WHERE name = 'samples'", "meta"),
+        ("UPDATE meta SET value = '[' WHERE name = 'seed'", "meta"),
+        ("ALTER TABLE points DROP COLUMN power", "points"),
+        ("DROP TABLE derivatives", "derivatives"),
+    ],
+)
+def test_damaged_tables_are_refused(path, damage, table):
+    connection = sqlite3.connect(path)
+    with connection:
+        connection.execute(damage)
+    connection.close()
+    with pytest.raises(InputError, match=f"its {table} table is damaged"):
+        Database.open(path)
 
 
 def test_rows_that_do_not_fit_are_refused(path):
@@ -153,7 +323,12 @@ def test_rows_that_do_not_fit_are_refused(path):
             database.append([replace(row(3), inputs={"mass": 1.0})])
 
 
-@pytest.mark.parametrize("name", ["status", "fuel flow", 'x"; DROP TABLE points; --', "mass"])
+@pytest.mark.parametrize("name", ["status", "fuel flow", 'x"; DROP TABLE points; --', "mass", "d_fuel_flow", "Input"])
 def test_names_that_can_not_be_columns_are_refused(name):
     with pytest.raises(InputError, match="name"):
-        replace(META, outputs=("power", name))
+        replace(META, outputs=("power", "fuel_flow", name))
+
+
+def test_derivatives_are_those_of_outputs():
+    with pytest.raises(InputError, match="derivatives of 'thrust': of one of power, fuel_flow"):
+        replace(META, derivatives=("thrust",))

@@ -1,54 +1,56 @@
-"""Design of experiments over the box of the study: Latin-hypercube blocks, in parallel, resumable."""
+"""Sampling into a design of experiments: in parallel, resumable at any moment, the same rows in every case."""
 
 from __future__ import annotations
 
 import logging
+import time
+from bisect import insort
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import joblib
 import numpy as np
 from joblib.parallel import get_active_backend
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from rich.console import Console
-from rich.progress import Progress
-from scipy.stats import qmc
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError, NoSolutionError
-from vrsopt.surrogate.database import FLYABLE, Database, DesignMeta, PointRecord, Row
+from vrsopt.surrogate import cluster
+from vrsopt.surrogate.database import FLYABLE, Database, DesignMeta, PointRecord, Row, is_empty
+from vrsopt.surrogate.sequence import Sequence
+from vrsopt.surrogate.space import Space
 
-NAMES = ("mass", "altitude", "speed", "rotor_speed", "twist")
-NOMINAL_ROTOR_SPEED = 44.4  # rad/s
-# The box of the study, its rotor speed from 70 instead of 75 %: a hot day is flown as the standard day of the same tip
-# Mach number, on which 75 % are some 72 %.
-BOUNDS = (
-    np.array([1400.0, 0.0, 0.0, 0.70 * NOMINAL_ROTOR_SPEED, np.radians(6.0)]),
-    np.array([2500.0, 2000.0, 70.0, 1.15 * NOMINAL_ROTOR_SPEED, np.radians(16.0)]),
-)  # kg, m, m/s, rad/s, rad
-BLOCKS = 20  # blocks after which a model is taken to have no flyable points to speak of
+MOST_POINTS = 20  # points per flyable one wanted, after which a model is taken to have no flyable ones to speak of
 
 Evaluate = Callable[[dict[str, float]], PointRecord]
+Tasks = Iterator[tuple[int, tuple[float, ...]]]  # point and inputs
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a design of experiments holds: points computed, how many are flyable, and points by status."""
+    """What a design of experiments holds: points computed, how many are flyable, and points by status.
+
+    ``added``: how many of the points were added by hand.
+    """
 
     path: Path
     points: int
     flyable: int
     by_status: Mapping[str, int]
+    added: int = 0
 
     def __str__(self) -> str:
-        lines = [f"{self.path}: {self.points} points, {self.flyable} flyable"]
+        by_hand = f", {self.added} added by hand" if self.added else ""
+        lines = [f"{self.path}: {self.points} points, {self.flyable} flyable{by_hand}"]
         return "\n".join(lines + [f"  {status:<24} {count:6d}" for status, count in sorted(self.by_status.items())])
 
 
@@ -56,103 +58,195 @@ def sample(
     path: Path | str,
     *,
     evaluate: Evaluate,
+    space: Space,
     outputs: tuple[str, ...],
     model_version: str,
     data_hash: str,
+    method: str = "latin_hypercube",
+    derivatives: tuple[str, ...] = (),
     samples: int = 1500,
     seed: int = 1,
     workers: int = 2,
     resume: bool = False,
+    dask: str | None = None,
     progress: bool = False,
 ) -> Sampling:
-    """Sample ``evaluate`` until ``samples`` points are flyable, into the design of experiments at ``path``.
+    """Sample ``evaluate`` over ``space`` until ``samples`` points are flyable, into the design of experiments ``path``.
 
     ``evaluate`` is a function at the top level of a module: inputs by name (SI units) to :class:`PointRecord` with
-    ``outputs``. Points come from Latin-hypercube blocks of ``samples`` points, seeded with ``seed`` + block number;
-    the file holds the points in their order up to the one that completes the count, whatever the number of workers and
-    however often the run was interrupted. Each result is committed as it arrives in order: a killed run loses the
-    points in flight. With ``resume`` an existing file is continued, a missing one is begun.
+    ``outputs``, and derivatives of those in ``derivatives``. Points come from the sequence of ``method`` (see
+    :class:`~vrsopt.surrogate.sequence.Sequence`), whose first block has ``samples`` points, seeded with ``seed``; the
+    file ends at the point that completes the count, whatever the number of workers and however often the run was
+    interrupted. Every result is committed as it arrives: a killed run loses the points in flight. With ``resume`` an
+    existing file is continued, by more ``samples`` than before too, and a missing one is begun.
 
-    Points are computed in ``workers`` processes with one BLAS thread each, or on whatever backend the caller has set
-    with ``joblib.parallel_config``.
+    Points are computed in ``workers`` processes, or on whatever backend the caller has set with
+    ``joblib.parallel_config``; with ``dask`` by the workers of the Dask scheduler at that address, who need the same
+    version of this package. One BLAS thread each.
 
-    Raises :class:`InputError` for bad counts, a file that exists (without ``resume``), or one of another model, data,
-    seed or design; :class:`NoSolutionError` if too few points are flyable after 20 blocks.
+    Raises :class:`InputError` for bad counts, an unknown method, a file that exists (without ``resume``), or one of
+    another model, data, space, method, seed or of more samples, and a cluster that can not be used;
+    :class:`NoSolutionError` if too few points are flyable after 20 times as many.
     """
-    allowed = {"samples": (samples, 1, 10**6), "workers": (workers, 1, 1024), "seed": (seed, 0, 2**63)}
-    for name, (count, least, most) in allowed.items():
+    _check_counts("sample", samples=(samples, 1, 10**6), workers=(workers, 1, 1024), seed=(seed, 0, 2**63 - 1))
+    meta = DesignMeta(
+        model_version,
+        data_hash,
+        space.name,
+        method,
+        seed,
+        samples,
+        space.names,
+        tuple(map(float, space.lower)),
+        tuple(map(float, space.upper)),
+        outputs,
+        derivatives,
+    )
+    _sequence(meta)
+    continued = resume and Path(path).exists() and not is_empty(Path(path))
+    with (
+        cluster.connect(dask) if dask is not None else nullcontext() as client,  # first: it may fail
+        Database.open(path, meta, write=True) if continued else Database.create(path, meta) as database,
+    ):
+        _check_points(database)
+        database.extend(samples)
+        _fill(database, evaluate, workers, client, progress)
+        return _summary(database)
+
+
+def add_points(
+    path: Path | str,
+    inputs: ArrayLike,
+    *,
+    evaluate: Evaluate,
+    model_version: str,
+    data_hash: str,
+    workers: int = 2,
+    dask: str | None = None,
+    progress: bool = False,
+) -> Sampling:
+    """Compute hand-chosen points and add them to the design of experiments ``path``.
+
+    ``inputs`` (k, d): in the order of the design's inputs, SI units. Points that the file has already are skipped, so a
+    run that was killed is continued by the same call. They are rows like others, after those of the design's sequence.
+    Raises :class:`InputError` for points outside the box, and a design of another model or data.
+    """
+    _check_counts("add_points", workers=(workers, 1, 1024))
+    expected = {"model_version": model_version, "data_hash": data_hash}
+    with (
+        cluster.connect(dask) if dask is not None else nullcontext() as client,
+        Database.open(path, expected, write=True) as database,
+    ):
+        database.register(_checked(inputs, database.meta))
+        pending = database.pending()
+        with _bar(progress, "added points", len(pending), 0) as show:
+            for rows in _computed(evaluate, database.meta.names, iter(pending.items()), workers, client):
+                database.append(rows)
+                show(len(rows), len(rows))
+        return _summary(database)
+
+
+def _check_counts(verb: str, **counts: tuple[int, int, int]) -> None:
+    for name, (count, least, most) in counts.items():
         if not least <= count <= most:
             bound = f"at least {least}" if count < least else f"at most {most}"
-            raise InputError(f"sample: {name} = {count}: {bound}")
-    lower, upper = (tuple(bound.tolist()) for bound in BOUNDS)
-    meta = DesignMeta(model_version, data_hash, seed, samples, NAMES, lower, upper, outputs)
-    continued = resume and Path(path).exists()
-    with Database.open(path, meta, write=True) if continued else Database.create(path, meta) as database:
-        found = database.status()
-        _check_inputs(database)
-        counts = Counter(found)
-        if counts[FLYABLE] < samples:
-            logger.info("%s: %d points, %d of %d flyable", path, len(found), counts[FLYABLE], samples)
-            _run(database, evaluate, counts, workers, progress)
-    return Sampling(Path(path), sum(counts.values()), counts[FLYABLE], dict(counts))
+            raise InputError(f"{verb}: {name} = {count}: {bound}")
 
 
-@lru_cache(maxsize=2)
-def block(seed: int, number: int, size: int) -> NDArray[np.float64]:
-    """Latin-hypercube block ``number`` of a design: (size, 5) in the order of ``NAMES``, SI units."""
-    sampler = qmc.LatinHypercube(len(NAMES), rng=np.random.default_rng(seed + number))
-    return np.asarray(qmc.scale(sampler.random(size), *BOUNDS))
+def _checked(inputs: ArrayLike, meta: DesignMeta) -> NDArray[np.float64]:
+    """``inputs`` as an array; raises :class:`InputError` for another shape and points outside the box."""
+    points = np.asarray(inputs, dtype=float)
+    if points.ndim != 2 or points.shape[1] != len(meta.names):
+        raise InputError(f"add_points: inputs of shape {points.shape}: (points, {len(meta.names)})")
+    bad = np.argwhere(~((points >= meta.lower) & (points <= meta.upper)))
+    if len(bad):
+        k, j = bad[0]
+        box = f"from {meta.lower[j]:g} to {meta.upper[j]:g}"
+        raise InputError(f"add_points: point {k + 1}: {meta.names[j]} = {points[k, j]:g}: {box} (SI units)")
+    return points
 
 
-def _inputs(meta: DesignMeta, index: int) -> NDArray[np.float64]:
-    number, row = divmod(index, meta.block_size)
-    return block(meta.seed, number, meta.block_size)[row]
+def _sequence(meta: DesignMeta) -> Sequence:
+    return Sequence(meta.method, meta.seed, meta.block_size, meta.lower, meta.upper)
 
 
-def _check_inputs(database: Database) -> None:
-    """The stored points must be those of the design: another random generator would mix two designs."""
-    inputs, _ = database.arrays(flyable=False)
-    for index, stored in enumerate(inputs):
-        if not np.array_equal(stored, _inputs(database.meta, index)):
-            raise InputError(f"{database.path}: point {index}: not the point that seed {database.meta.seed} gives here")
+def _check_points(database: Database) -> None:
+    """The stored points must be those of the sequence: another random generator would mix two designs."""
+    stored = {point: k for k, point in enumerate(database.found()) if point >= 0}
+    if stored:
+        inputs, _ = database.arrays(flyable=False)
+        points = _sequence(database.meta).points(max(stored) + 1)
+        for point, k in stored.items():
+            if not np.array_equal(inputs[k], points[point]):
+                raise InputError(
+                    f"{database.path}: point {point}: not the point that seed {database.meta.seed} gives here"
+                )
 
 
-def _run(database: Database, evaluate: Evaluate, counts: Counter[str], workers: int, progress: bool) -> None:
-    """Compute and store points until the count is complete; ``counts`` is kept up to date."""
-    meta = database.meta
-    begin = sum(counts.values())
-    finished = False
+def _fill(database: Database, evaluate: Evaluate, workers: int, client: Any, progress: bool) -> None:
+    """Compute and store what is missing of the sequence up to the point that completes the flyable count."""
+    wanted, found = database.samples, {point: status for point, status in database.found().items() if point >= 0}
+    flyable = sorted(point for point, status in found.items() if status == FLYABLE)
+    limit = MOST_POINTS * max(wanted, database.meta.block_size)
 
-    def tasks() -> Iterator[Any]:
-        for index in range(begin, BLOCKS * meta.block_size):
-            if finished:
+    def end() -> int:
+        """Index behind the last point wanted, as far as is known: points not computed yet can but bring it forward."""
+        return flyable[wanted - 1] + 1 if len(flyable) >= wanted else limit
+
+    def tasks() -> Tasks:
+        sequence = _sequence(database.meta)
+        points: list[tuple[float, ...]] = []
+        for index in range(limit):
+            if index >= end():
                 return
-            inputs = dict(zip(meta.names, _inputs(meta, index).tolist(), strict=True))
-            yield joblib.delayed(_point)(evaluate, index, inputs)
+            if index >= len(points):
+                points = [tuple(point) for point in sequence.points(max(2 * index, wanted)).tolist()]
+            if index not in found:
+                yield index, points[index]
 
-    bar = Progress(console=Console(stderr=True)) if progress else None
+    if next(tasks(), None) is not None:
+        logger.info("%s: %d points, %d of %d flyable", database.path, len(found), len(flyable), wanted)
+        with _bar(progress, "flyable points", wanted, len(flyable)) as show:
+            for rows in _computed(evaluate, database.meta.names, tasks(), workers, client):
+                database.append(rows)
+                new = [row.point for row in rows if row.record.status == FLYABLE]
+                for point in new:
+                    insort(flyable, point)
+                show(len(rows), len(new))
+    if len(flyable) < wanted:
+        raise NoSolutionError(f"{database.path}: {len(flyable)} of {limit} points flyable: {wanted} wanted")
+    database.cut(end())  # what was in flight when the count was completed
+
+
+def _computed(
+    evaluate: Evaluate, names: tuple[str, ...], tasks: Tasks, workers: int, client: Any
+) -> Iterator[list[Row]]:
+    """Rows of the tasks in the order of arrival, in lists of what comes at once; ``client``: of a Dask cluster."""
+    calls = ((evaluate, names, *task) for task in tasks)
     # One worker computes in this process: one BLAS thread there too, so that rounding is the same.
-    with threadpool_limits(limits=1, user_api="blas"), _backend(workers), bar or nullcontext():
-        task = bar.add_task("flyable points", total=meta.block_size, completed=counts[FLYABLE]) if bar else None
-        parallel = joblib.Parallel(n_jobs=workers, return_as="generator", pre_dispatch="2*n_jobs", batch_size=1)
-        # Closing the generator, on an interrupt too, stops the workers and leaves nothing behind.
-        with closing(parallel(tasks())) as results:
-            for row in results:
-                if finished:
-                    continue  # in flight when the count was completed
-                database.append([row])
-                counts[row.record.status] += 1
-                finished = counts[FLYABLE] >= meta.block_size
-                if bar is not None and task is not None:
-                    bar.update(task, completed=counts[FLYABLE])
-    if not finished:
-        raise NoSolutionError(
-            f"{database.path}: {counts[FLYABLE]} of {sum(counts.values())} points flyable: {meta.block_size} wanted"
+    with threadpool_limits(limits=1, user_api="blas"), _backend(workers):
+        if client is not None:
+            yield from cluster.results(client, _point_alone, calls)
+            return
+        parallel = joblib.Parallel(
+            n_jobs=workers, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=1
         )
+        # Closing the generator, on an interrupt too, stops the workers and leaves nothing behind.
+        with closing(parallel(joblib.delayed(_point)(*call) for call in calls)) as rows:
+            yield from ([row] for row in rows)
 
 
-def _point(evaluate: Evaluate, index: int, inputs: dict[str, float]) -> Row:
-    return Row(index, inputs, evaluate(inputs))
+def _point(evaluate: Evaluate, names: tuple[str, ...], point: int, inputs: tuple[float, ...]) -> Row:
+    named = dict(zip(names, inputs, strict=True))
+    begin = time.thread_time()
+    record = evaluate(named)
+    return Row(point, named, record, time.thread_time() - begin)
+
+
+def _point_alone(*call: Any) -> Row:
+    """As :func:`_point`, where nobody has limited the threads."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _point(*call)
 
 
 def _backend(workers: int) -> AbstractContextManager[Any]:
@@ -161,3 +255,35 @@ def _backend(workers: int) -> AbstractContextManager[Any]:
     if type(active).__name__ != "LokyBackend":
         return nullcontext()
     return joblib.parallel_config(backend="loky", inner_max_num_threads=1, n_jobs=workers)
+
+
+class _Rate(ProgressColumn):
+    """Points computed per second, flyable or not."""
+
+    def render(self, task: Task) -> Text:
+        rate = task.fields["computed"] / task.elapsed if task.elapsed else 0.0
+        return Text(f"{rate:.2f} points/s" if rate < 100.0 else f"{rate:.0f} points/s")
+
+
+@contextmanager
+def _bar(wanted: bool, what: str, total: int, completed: int) -> Iterator[Callable[[int, int], None]]:
+    """A bar on standard error, if ``wanted``: to be called with how many points came, and how many of them count."""
+    if not wanted:
+        yield lambda points, counting: None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn())
+    with Progress(*columns, TextColumn("left"), console=Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=total, completed=completed, computed=0)
+
+        def show(points: int, counting: int) -> None:
+            done = bar.tasks[0]
+            left = done.remaining or 0  # points in flight when the count is completed are no news
+            bar.update(task, advance=min(counting, left), computed=done.fields["computed"] + points)
+
+        yield show
+
+
+def _summary(database: Database) -> Sampling:
+    found = database.found()
+    counts = Counter(found.values())
+    return Sampling(database.path, len(found), counts[FLYABLE], dict(counts), sum(point < 0 for point in found))
