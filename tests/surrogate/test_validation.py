@@ -5,7 +5,13 @@ import pytest
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate.kriging import Kriging
-from vrsopt.surrogate.validation import accuracy, leave_one_out
+from vrsopt.surrogate.validation import (
+    accuracy,
+    coverage,
+    held_out_coverage,
+    leave_one_out,
+    leave_one_out_coverage,
+)
 
 COMPUTED = np.array([1.0, 2.0, 4.0, 5.0])
 
@@ -63,3 +69,22 @@ def test_leave_one_out_matches_cross_validation():
 def test_values_without_figures_are_refused(computed, predicted, message):
     with pytest.raises(InputError, match=message):
         accuracy(computed, predicted)
+
+
+def test_coverage_counts_what_lies_within():
+    assert coverage([0.0, 1.0, 2.0, 3.0], [0.1, 1.5, 2.0, 1.0], [0.1, 0.2, 0.0, 1.0]) == 75.0
+    assert coverage([0.0, 1.0], [0.3, 1.5], [0.2, 0.2], sigmas=1.0) == 0.0
+
+
+def test_coverage_is_nominal_for_draws_of_the_process_itself():
+    """Outputs drawn from the covariance that is fitted: 95.4 % of them lie within two deviations."""
+    rng, inputs = np.random.default_rng(2), np.random.default_rng(1).random((600, 2))
+    theta, nugget = np.array([6.0, 9.0]), 1e-2
+    distance = np.abs(inputs[:, None] - inputs)
+    process = np.linalg.cholesky(np.exp(-(distance**2) @ theta) + nugget * np.eye(600))
+    output = 5.0 + process @ rng.standard_normal(600)
+    settings = {"trend": "constant", "lower": [0.0, 0.0], "upper": [1.0, 1.0], "theta": theta, "nugget": nugget}
+    model = Kriging(**settings).fit(inputs[:300], output[:300])
+    assert leave_one_out_coverage(model) == pytest.approx(95.4, abs=2.5)
+    assert held_out_coverage(model, inputs[300:], output[300:]) == pytest.approx(95.4, abs=2.5)
+    assert held_out_coverage(model, inputs[300:], output[300:], sigmas=1.0) == pytest.approx(68.3, abs=6.0)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse import issparse
+from sklearn.utils import column_or_1d
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate import trend as trends
@@ -22,26 +25,57 @@ def one_of(field: str, value: str, allowed: Sequence[str]) -> None:
         raise InputError(f"kriging: {field} = {value!r}: one of {', '.join(allowed)}")
 
 
-def table(field: str, values: ArrayLike) -> Array:
-    """``values`` as a finite array (n, d) that nobody else changes."""
-    result = np.array(values, dtype=float)
+def table(field: str, values: Any) -> Array:
+    """``values`` as a finite array (n, d), d > 0, that nobody else changes."""
+    if issparse(values):
+        raise InputError(f"kriging: {field} is sparse: sparse data is not supported, give a dense array")
+    result = _real(field, values)
     if result.ndim != 2:
-        raise InputError(f"kriging: {field} has {result.ndim} dimensions: expected (rows, inputs)")
-    if not np.all(np.isfinite(result)):
-        row, column = np.unravel_index(int(np.argmin(np.isfinite(result))), result.shape)
-        raise InputError(f"kriging: {field}[{row}, {column}] is not a finite number")
+        raise InputError(f"kriging: {field} has {result.ndim} dimensions: (rows, inputs) expected. Reshape your data")
+    if result.shape[1] == 0:
+        raise InputError(f"kriging: {field}: 0 feature(s) (shape={result.shape}) while a minimum of 1 is required.")
+    return result
+
+
+def column(values: Any) -> Array:
+    """``values`` as a finite array (n,); a column (n, 1) is taken with scikit-learn's warning."""
+    if values is None:
+        raise InputError("kriging: Kriging requires y to be passed, but the target y is None")
+    values = np.asarray(values)
+    if values.ndim == 2 and values.shape[1] == 1:
+        values = column_or_1d(values, warn=True)
+    result = _real("y", values)
+    if result.ndim != 1:
+        raise InputError(f"kriging: y has shape {result.shape}: one output in each row expected")
+    return result
+
+
+def _real(field: str, values: ArrayLike) -> Array:
+    """A copy as finite real numbers."""
+    found = np.asarray(values)
+    if np.iscomplexobj(found):
+        raise InputError(f"kriging: {field}: Complex data not supported")
+    result = np.array(found, dtype=float)
+    bad = np.argwhere(~np.isfinite(result))
+    if bad.size:
+        place = tuple(bad[0].tolist())
+        where = ", ".join(map(str, place))
+        raise InputError(f"kriging: {field}[{where}] = {result[place]}: finite numbers only, neither NaN nor inf")
     return result
 
 
 def check_rows(scaled: Array, trend: str, *, enhanced: bool) -> None:
-    """Raise :class:`InputError` if the rows (n, d) do not determine the trend, with one row to spare."""
-    size, dimensions = scaled.shape
-    needed = 1 + (dimensions + 1 if enhanced else trends.size(dimensions, trend))
-    if size < needed:
-        raise InputError(f"kriging: {size} rows: at least {needed} for a {trend} trend in {dimensions} inputs")
+    """Raise :class:`InputError` if the rows (n, d) do not determine the trend."""
     basis = joint_basis(scaled, trend) if enhanced else trends.basis(scaled, trend)
     if np.linalg.matrix_rank(basis) < basis.shape[1]:
-        raise InputError(f"kriging: {size} rows: they do not determine a {trend} trend; vary the inputs independently")
+        raise InputError(f"kriging: {len(scaled)} rows do not determine a {trend} trend: vary the inputs independently")
+
+
+def check_size(size: int, dimensions: int, trend: str, *, enhanced: bool) -> None:
+    """Raise :class:`InputError` for fewer rows than the trend needs and one to leave out."""
+    needed = 1 + (dimensions + 1 if enhanced else trends.size(dimensions, trend))
+    if size < needed:
+        raise InputError(f"kriging: n_samples = {size}: at least {needed} for a {trend} trend in {dimensions} inputs")
 
 
 def check_box(state: KrigingState, points: Array) -> None:

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate import trend as trends
-from vrsopt.surrogate.checks import check_bounds, check_box, check_rows, one_of, table
+from vrsopt.surrogate.checks import check_bounds, check_box, check_rows, check_size, column, one_of, table
 from vrsopt.surrogate.correlation import BLOCK, CORRELATIONS, DIFFERENTIABLE, Array
 from vrsopt.surrogate.likelihood import THETA_BOUNDS, THETA_STARTS, maximise
 from vrsopt.surrogate.posterior import Posterior
@@ -85,7 +85,7 @@ class Kriging(RegressorMixin, BaseEstimator):
         determine the trend, lies outside the given box or does not vary, and for gradients with a correlation that is
         not differentiable often enough.
         """
-        inputs, output = table("X", X), np.asarray(y, dtype=float)
+        inputs, output = table("X", X), column(y)
         slopes = None if gradients is None else table("gradients", gradients)
         names, lower, upper = self._checked(inputs, output, slopes)
         mean, scale = float(np.mean(output)), float(np.std(output))
@@ -223,7 +223,10 @@ class Kriging(RegressorMixin, BaseEstimator):
         state: KrigingState = self.state_
         points = table("X", X)
         if points.shape[1] != len(state.names):
-            raise InputError(f"kriging: {points.shape[1]} columns: expected {', '.join(state.names)}")
+            raise InputError(
+                f"kriging: X has {points.shape[1]} features, but Kriging is expecting {len(state.names)} features as "
+                f"input: {', '.join(state.names)}"
+            )
         if not self.extrapolate:
             check_box(state, points)
         return state, points
@@ -241,10 +244,9 @@ class Kriging(RegressorMixin, BaseEstimator):
         one_of("trend", self.trend, trends.TRENDS)
         if output.shape != (size,):
             raise InputError(f"kriging: y has shape {output.shape}: expected ({size},)")
-        if not np.all(np.isfinite(output)):
-            raise InputError(f"kriging: y[{int(np.argmin(np.isfinite(output)))}] is not a finite number")
         if slopes is not None and slopes.shape != inputs.shape:
             raise InputError(f"kriging: gradients have shape {slopes.shape}: expected {inputs.shape}")
+        check_size(size, dimensions, self.trend, enhanced=slopes is not None)
         lower = np.min(inputs, axis=0) if self.lower is None else np.array(self.lower, dtype=float)
         upper = np.max(inputs, axis=0) if self.upper is None else np.array(self.upper, dtype=float)
         if lower.shape != (dimensions,) or upper.shape != (dimensions,) or not np.all(lower < upper):
