@@ -9,16 +9,17 @@ powers at rest are functions of less, and smoother, and ten times better known.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import xarray as xr
 
+from vrsopt.atmosphere import standard_air
 from vrsopt.mission.conditions import Conditions
 from vrsopt.schedule.decision import DecisionNodes
 from vrsopt.schedule.quadrature import per_segment
 from vrsopt.schedule.refly import Flight, FlightGrid
-from vrsopt.schedule.rotor_tables import CLIMB, LEVEL
+from vrsopt.schedule.rotor_tables import CLIMB, LEVEL, TAIL
 from vrsopt.schedule.rotor_tables import Flight as RotorFlight
 from vrsopt.schedule.similarity import standard_day
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
@@ -38,9 +39,10 @@ def reliance(aircraft: SurrogateAircraft, nodes: DecisionNodes, grid: FlightGrid
 
     Per node: the point in the surrogate's inputs (SI; as the surrogate is asked: of the standard day and with the mass
     times its load factor), the predicted standard deviation in per cent of the rotors' power, and the distance to the
-    nearest sampled point, in the sampled box scaled to one. ``weak_point`` (weak, input): the points, best first, whose
-    computation would help most, ready for :func:`vrsopt.surrogate.design.add_points`. Attributes: the largest and the
-    time's mean standard deviation; ``poor_data``: what is wrong with the data, in words, empty if nothing is.
+    nearest sampled point, in the sampled box scaled to one. ``weak_point`` (weak, input): the points whose computation
+    would help most, best first, ready for :func:`vrsopt.surrogate.design.add_points`; among those at which the rotors
+    do not stall in level flight. Attributes: the largest and the time's mean standard deviation; ``poor_data``: what is
+    wrong with the data, in words, empty if nothing is.
     """
     flying = _nearest(nodes, grid)
     points, weights = _asked(aircraft, grid, flight, flying)
@@ -55,7 +57,7 @@ def reliance(aircraft: SurrogateAircraft, nodes: DecisionNodes, grid: FlightGrid
             "point": (("node", "input"), points),
             "std_percent": ("node", percent, {"units": "%"}),
             "distance": ("node", away, {"units": "1"}),
-            "weak_point": (("weak", "input"), weak_points(main, points, WEAK_POINTS)),
+            "weak_point": (("weak", "input"), weak_points(main, _flyable(aircraft, points), WEAK_POINTS)),
         },
         {"input": list(main.state_.names)},
         {
@@ -78,8 +80,20 @@ def _asked(
     columns = {name: scales[name] * getattr(flight, name)[nodes] for name in FREE}
     columns |= {"altitude": day.altitude, "speed": speed}
     level = weights.pop("level")
-    names = aircraft.models[MAIN].state_.names
-    return np.column_stack([columns[name] for name in names]), dict.fromkeys(LEVEL, level) | weights
+    state = aircraft.models[MAIN].state_
+    points = np.column_stack([columns[name] for name in state.names])
+    return np.clip(points, state.lower, state.upper), dict.fromkeys(LEVEL, level) | weights
+
+
+def _flyable(aircraft: SurrogateAircraft, points: Array) -> Array:
+    """Those of ``points`` (n, d) whose rotors would not stall in level flight, which is what is sampled: a descent
+    needs less of the tail rotor."""
+    limits = replace(aircraft.plant.limits, manoeuvre_margin=1.0)
+    at = dict(zip(aircraft.models[MAIN].state_.names, points.T, strict=True))
+    density = standard_air(at["altitude"]).density
+    loading = limits.blade_loading_usage(at["mass"], density, at["rotor_speed"], at["speed"], smooth_max=np.maximum)
+    tail = limits.tail_usage(aircraft.models[TAIL].state_.predict(points), at["rotor_speed"], at["speed"])
+    return points[(loading <= 1.0) & (tail <= 1.0)]
 
 
 def _power(models: Mapping[str, Kriging], points: Array, weights: Mapping[str, Array]) -> tuple[Array, Array]:

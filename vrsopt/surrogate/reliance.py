@@ -111,12 +111,11 @@ def weak_points(kriging: Kriging, candidates: ArrayLike, count: int) -> Array:
 
     Greedy: the largest predicted standard deviation, then the largest that is left once the first is known, and so on.
     No output is needed for it, and a chosen point keeps the next one away by itself. Fewer where the rest would be
-    known as well as the fitted nugget lets anything be known. Raises :class:`InputError` for a count below 1 or no
-    candidates.
+    known as well as the fitted nugget lets anything be known. Raises :class:`InputError` for a count below 1.
     """
     points = np.asarray(candidates, dtype=float)
-    if count < 1 or points.ndim != 2 or not len(points):
-        raise InputError(f"weak points: count = {count}, candidates {points.shape}: at least one of (k, d)")
+    if count < 1:
+        raise InputError(f"weak points: count = {count}: at least 1")
     posterior = kriging.posterior
     noise = max(kriging.state_.nugget, np.finfo(float).eps) * posterior.scale
     seen = posterior.whitened(points)
