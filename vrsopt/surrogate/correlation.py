@@ -148,20 +148,27 @@ def separable(
         return (value @ weights if weights.ndim == 1 else np.sum(value * weights, axis=1),)
     needed = order if gradient_weights is None else order + 1
     first, *higher = ratios(correlation, smoothing, theta[:, None], difference, needed)
-    weighted, extra = value * weights, np.zeros(())
+    weighted = value * weights
     if gradient_weights is not None:
         slopes = value[:, None] * gradient_weights
         weighted = weighted - np.sum(slopes * first, axis=1)
-        # The sum over all inputs has p_a^2 where the derivative by input a has q_a.
-        extra = slopes * (first**2 - higher[0]) if order > 0 else extra
     result: tuple[Array, ...] = (np.sum(weighted, axis=1),)
-    if order > 0:
-        result += (np.sum(weighted[:, None] * first + extra, axis=2),)
+    if order == 0:
+        return result
+    tilted = weighted[:, None] * first
+    if gradient_weights is None:
+        result += (np.sum(tilted, axis=2),)
+    else:
+        # The sum over all inputs has p_a^2 where the derivative by input a has q_a.
+        extra = slopes * (first**2 - higher[0])
+        result += (np.sum(tilted + extra, axis=2),)
     if order > 1:
-        half = (0.5 * weighted[:, None] * first + extra) @ np.swapaxes(first, 1, 2)
-        hessian = half + np.swapaxes(half, 1, 2)
+        across = np.swapaxes(first, 1, 2)
+        hessian = tilted @ across
         second = weighted[:, None] * higher[0]
         if gradient_weights is not None:
+            mixed = extra @ across
+            hessian += mixed + np.swapaxes(mixed, 1, 2)
             second += slopes * (first * higher[0] - higher[1])
         diagonal = np.arange(len(theta))
         hessian[:, diagonal, diagonal] = np.sum(second, axis=2)

@@ -19,8 +19,6 @@ from scipy.optimize import minimize
 
 from vrsopt.surrogate.correlation import CORRELATIONS as CORRELATIONS
 from vrsopt.surrogate.correlation import correlation_matrix, log_theta_ratio, upper_blocks
-from vrsopt.surrogate.correlation import metric as metric
-from vrsopt.surrogate.trend import pairs
 
 Array = NDArray[np.float64]
 
@@ -221,7 +219,3 @@ def maximise(
         _, best = _minimise(best, everything)
     theta, fitted = np.split(np.exp(best), [-nuggets])
     return theta, fitted
-
-
-def trend_pairs(dimensions: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    return pairs(dimensions, "quadratic")
