@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from vrsopt.cli import main
+from vrsopt.surrogate.database import Database, DesignMeta
+from vrsopt.surrogate.space import LEVEL
 
 MISSION = Path(__file__).with_name("hop.toml").read_text()
 
@@ -112,6 +114,10 @@ def test_trim_and_engine(capsys, words, line):
         (("--workers", "0", "--out", "a.db"), "sample: workers = 0: at least 1"),
         (("--workers", "99999999999", "--out", "a.db"), "sample: workers = 99999999999: at most 1024"),
         (("--seed", "-1", "--out", "a.db"), "sample: seed = -1: at least 0"),
+        (("--seed", str(2**64), "--out", "a.db"), f"sample: seed = {2**64}: at most {2**63 - 1}"),
+        (("--space", "orbit", "--out", "a.db"), "space = 'orbit': one of level, flight"),
+        (("--method", "halton", "--out", "a.db"), "sample: method = 'halton': one of latin_hypercube, sobol"),
+        (("--dask", "here", "--out", "a.db"), "dask = here: "),
         (("--out", "nowhere/a.db"), "nowhere/a.db: can not be written: no folder nowhere"),
         (("--out", "folder"), "folder: can not be written: it is a folder"),
         (("--out", "garbage"), "garbage: exists already: resume it or name another file"),
@@ -121,6 +127,37 @@ def test_trim_and_engine(capsys, words, line):
 )
 def test_sample(capsys, words, line):
     assert line in refused(capsys, "sample", *words)
+
+
+@pytest.fixture
+def design():
+    """A design of experiments without points."""
+    box = [(bound, bound + 1.0) for bound in range(5)]
+    meta = DesignMeta("0", "abc", "level", "sobol", 1, 2, LEVEL.names, *zip(*box, strict=True), ("power",))
+    Database.create("doe.db", meta).close()
+    Path("points.csv").write_text("colour\nred\n")
+    Path("other.csv").write_text(",".join(LEVEL.names) + "\n0,1,2,3,much\n")
+    Path("good.csv").write_text(",".join(LEVEL.names) + "\n0,1,2,3,4\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("export", "doe.db", "--out", "doe.txt"), "doe.txt: a name that ends in .nc or .csv"),
+        (("export", "doe.db", "--out", "nowhere/doe.nc"), "nowhere/doe.nc: can not be written: no folder nowhere"),
+        (("export", "garbage", "--out", "doe.nc"), "garbage: not a readable design of experiments"),
+        (("export", "nosuch.db", "--out", "doe.nc"), "nosuch.db: no such file"),
+        (("add-points", "nosuch.db", "points.csv"), "nosuch.db: no such file"),
+        (("add-points", "doe.db", "nosuch.csv"), "nosuch.csv: can not be read: No such file"),
+        (("add-points", "doe.db", "garbage"), "garbage: not a CSV file"),
+        (("add-points", "doe.db", "points.csv"), "points.csv: no column mass: needed are mass, altitude, speed"),
+        (("add-points", "doe.db", "other.csv"), "other.csv: line 2: twist = 'much': a number"),
+        (("add-points", "doe.db", "good.csv"), "doe.db: model version = 0: this run has "),
+        (("add-points", "doe.db", "good.csv", "--workers", "0"), "add_points: workers = 0: at least 1"),
+    ],
+)
+def test_export_and_added_points(capsys, design, words, line):
+    assert line in refused(capsys, *words)
 
 
 @pytest.mark.parametrize(

@@ -251,6 +251,15 @@ def test_sample_resume_and_refusal_to_overwrite(capsys, tmp_path):
     assert (code, out, err) == (2, "", f"vrsopt: {design}: exists already: resume it or name another file\n")
     assert run(capsys, *words, "--resume")[0] == 0
     assert design.read_bytes() == content
+    tables = (tmp_path / "doe.csv", tmp_path / "doe.nc")
+    for table in tables:
+        code, out, err = run(capsys, "export", design, "--out", table)
+        assert (code, err) == (0, "") and out.startswith(f"{table}: ") and table.stat().st_size > 500
+    lines = tables[0].read_text().splitlines()
+    tables[0].write_text("\n".join([*lines, ",,2000.0,300.0,30.0,44.4,0.14" + "," * (lines[0].count(",") - 6)]))
+    for _ in range(2):  # again: the point is there
+        code, out, err = run(capsys, "add-points", design, tables[0], "--workers", 1)
+        assert (code, err) == (0, "") and "3 flyable, 1 added by hand" in out
 
 
 @pytest.mark.slow
@@ -287,7 +296,7 @@ def test_solve_table_and_variants(capsys, tmp_path, mission):
 
 
 def test_help_of_every_command_has_an_example(capsys):
-    for verb in ("trim", "engine", "sample", "fit", "solve"):
+    for verb in ("trim", "engine", "sample", "export", "add-points", "fit", "solve"):
         code, out, err = run(capsys, verb, "--help")
         assert (code, err) == (0, "")
         assert f"  vrsopt {verb} " in out and "Example" in out

@@ -193,18 +193,25 @@ def engine(
 def sample(
     out: Annotated[Path, typer.Option(help="Design of experiments to write (SQLite).")],
     samples: Annotated[int, count("Flyable points wanted.")] = 1500,
-    seed: Annotated[int, count("Seed of the Latin hypercube.")] = 1,
+    space: Annotated[str, typer.Option(help="level: level flight; flight: climb angle and load factor too.")] = "level",
+    method: Annotated[str, typer.Option(help="latin_hypercube or sobol.")] = "latin_hypercube",
+    seed: Annotated[int, count("Seed of the points.")] = 1,
     workers: Annotated[int, count("Processes; the points do not depend on it.")] = 2,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue a file that was interrupted.")] = False,
+    dask: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler that has the workers.", show_default="this machine")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue a file, by more samples too.")] = False,
 ) -> None:
     """Sample the physics into a design of experiments.
 
-    Points are spread over mass, altitude, airspeed, rotor speed and twist until enough of them are flyable. A
-    killed run loses the points in flight; --resume continues it.
+    Points are spread over mass, altitude, airspeed, rotor speed and twist, and in the space flight over climb angle
+    and load factor, until enough of them are flyable. A killed run loses the points in flight; --resume continues it.
 
     \b
-    Example: the shipped design once more
+    Example: the shipped design once more; a longer one from it; seven variables on a cluster
       vrsopt sample --samples 1500 --out doe.db --workers 2
+      vrsopt sample --samples 3000 --out doe.db --resume
+      vrsopt sample --space flight --out flight.db --dask tcp://head:8786
     """
     for name, wanted, most in (("samples", samples, MOST_SAMPLES), ("workers", workers, MOST_WORKERS)):
         if wanted > most:
@@ -212,7 +219,70 @@ def sample(
     check_file(out)
     from vrsopt.surrogate.design import sample as sampled
 
-    print(sampled(out, samples=samples, seed=seed, workers=workers, resume=resume, progress=sys.stderr.isatty()))
+    summary = sampled(
+        out,
+        space=space,
+        method=method,
+        samples=samples,
+        seed=seed,
+        workers=workers,
+        resume=resume,
+        dask=dask,
+        progress=sys.stderr.isatty(),
+    )
+    print(summary)
+
+
+@app.command()
+def export(
+    design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample.")],
+    out: Annotated[Path, typer.Option(help="Table to write, .nc (NetCDF) or .csv.")],
+) -> None:
+    """Write a design of experiments as a table for other programs.
+
+    Inputs, outputs and derivatives of every point, SI units, which the NetCDF file states.
+
+    \b
+    Example:
+      vrsopt export doe.db --out doe.csv
+    """
+    if out.suffix not in (".nc", ".csv"):
+        raise InputError(f"{out}: a name that ends in .nc or .csv")
+    check_file(out)
+    from vrsopt.surrogate.database import Database
+
+    with Database.open(design) as database:
+        if out.suffix == ".nc":
+            database.to_netcdf(out)
+        else:
+            database.to_csv(out)
+        print(f"{out}: {len(database.status())} points")
+
+
+@app.command()
+def add_points(
+    design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample; it is added to.")],
+    points: Annotated[Path, typer.Argument(help="Points (CSV): a column for each input, SI units, as vrsopt export.")],
+    workers: Annotated[int, count("Processes; the points do not depend on it.")] = 2,
+) -> None:
+    """Compute points of your own and add them to a design of experiments.
+
+    Other columns of an export are left aside, and points that are there already are skipped, so an export with lines
+    added to it can be fed back.
+
+    \b
+    Example: a file points.csv with the line mass,altitude,speed,rotor_speed,twist and one line for each point
+      vrsopt add-points doe.db points.csv
+    """
+    if workers > MOST_WORKERS:
+        raise InputError(f"add-points: workers = {workers}: at most {MOST_WORKERS}")
+    from vrsopt.surrogate.database import Database
+    from vrsopt.surrogate.design import add_points as added
+    from vrsopt.surrogate.design_table import read_points
+
+    with Database.open(design) as database:
+        inputs = read_points(points, database.meta)
+    print(added(design, inputs, workers=workers, progress=sys.stderr.isatty()))
 
 
 @app.command()
