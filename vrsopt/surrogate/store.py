@@ -1,16 +1,22 @@
-"""A set of fitted Krigings in one NetCDF file (classic format, 64-bit offsets), with where it comes from."""
+"""A set of fitted Krigings in one NetCDF file (classic format, 64-bit offsets), with where it comes from.
+
+Variables: ``inputs_0``, ``inputs_1``, ... the sampled inputs, one for all outputs that were fitted on the same rows;
+for each output ``weights_<output>`` (its scalars and leave-one-out figures are attributes of it), ``coefficients_``,
+``lower_``, ``upper_``, ``theta_`` and, if gradients were fitted, ``gradient_weights_<output>``. The digest is of all
+bytes of the file but its own. It tells damage, not intent: whatever is read is checked as if a stranger had written it.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import io
-import json
 import os
 import re
-import struct
+import stat
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, field, fields
+from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -18,33 +24,72 @@ import numpy as np
 import xarray as xr
 
 from vrsopt.errors import InputError
-from vrsopt.surrogate.kriging import Kriging, KrigingState
-from vrsopt.surrogate.likelihood import CORRELATIONS
+from vrsopt.surrogate import classic_netcdf
+from vrsopt.surrogate import trend as trends
+from vrsopt.surrogate.correlation import CORRELATIONS, DIFFERENTIABLE
+from vrsopt.surrogate.kriging import Kriging
+from vrsopt.surrogate.state import KrigingState
 from vrsopt.surrogate.validation import Accuracy
 
-FORMAT, FORMAT_VERSION = "vrsopt surrogate", 1
-SCALARS = ("smoothing", "nugget", "mean", "scale")
+FORMAT, FORMAT_VERSION = "vrsopt surrogate", 2
+TEXTS = ("model_version", "data_hash", "space", "method")
+SCALARS = ("smoothing", "nugget", "gradient_nugget", "variance", "mean", "scale")
 VECTORS = ("lower", "upper", "theta")
-# What xarray and scipy raise on bytes that are no such file, or on one that was cut or damaged.
-UNREADABLE = (ValueError, TypeError, KeyError, IndexError, AttributeError, EOFError, OverflowError, struct.error)
+NO_DIGEST = "0" * 64  # in place of the digest, while it is computed
+MOST_BYTES = 64 * 2**20
+MOST_POINTS, MOST_INPUTS, MOST_OUTPUTS = 20_000, 20, 200
+LIBRARIES = ("vrsopt", "numpy", "scipy")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}")
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {name: metadata.version(name) for name in LIBRARIES}
 
 
 @dataclass(frozen=True)
 class Surrogate:
-    """Fitted Krigings by output and the model, data and design they come from; leave-one-out figures by output."""
+    """Fitted Krigings and their leave-one-out figures by output, and where they come from.
+
+    ``model_version`` and ``data_hash``: of the physics and of the aircraft and engine data; ``space``, ``method``,
+    ``samples`` and ``seed``: of the design of experiments; ``versions``: of the libraries they were fitted with.
+    All models have the same inputs.
+    """
 
     models: Mapping[str, Kriging]
+    accuracy: Mapping[str, Accuracy]
+    _: KW_ONLY
     model_version: str
     data_hash: str
+    space: str
+    method: str
+    samples: int
     seed: int
-    accuracy: Mapping[str, Accuracy]
+    versions: Mapping[str, str] = field(default_factory=_versions)
 
     def __post_init__(self) -> None:
         if not self.models or set(self.models) != set(self.accuracy):
             raise InputError(f"surrogate: outputs {', '.join(self.models)}: one or more, each with its accuracy")
-        for name in self.models:
-            if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-                raise InputError(f"surrogate: output {name!r}: letters, digits and _")
+        for name in (*self.models, *self.names):
+            if not NAME.fullmatch(name):
+                raise InputError(f"surrogate: name {name!r}: letters, digits and _, at most 100")
+        for name, model in self.models.items():
+            if model.state_.names != self.names:
+                raise InputError(f"surrogate: {name} of {', '.join(model.state_.names)}: of {', '.join(self.names)}")
+            if len(model.state_.inputs) > MOST_POINTS:
+                raise InputError(f"surrogate: {name}: {len(model.state_.inputs)} points: at most {MOST_POINTS}")
+        for name in TEXTS:
+            text = getattr(self, name)
+            if not (text.isascii() and text.isprintable()):
+                raise InputError(f"surrogate: {name} = {text!r}: printable ASCII characters")
+        if self.samples < 1:
+            raise InputError(f"surrogate: samples = {self.samples}: at least 1")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The inputs, in the order of the columns."""
+        names: tuple[str, ...] = next(iter(self.models.values())).state_.names
+        return names
 
 
 def save(path: Path | str, surrogate: Surrogate) -> None:
@@ -52,11 +97,9 @@ def save(path: Path | str, surrogate: Surrogate) -> None:
 
     Raises :class:`InputError` if ``path`` can not be written.
     """
-    dataset = xr.Dataset(attrs=_attributes(surrogate))
-    for name, model in surrogate.models.items():
-        dataset = dataset.merge(_variables(name, model.state_, surrogate.accuracy[name]))
-    dataset.attrs["digest"] = _digest(dataset)
+    dataset = xr.Dataset(_variables(surrogate), attrs=_attributes(surrogate) | {"digest": NO_DIGEST})
     content = bytes(dataset.to_netcdf(None, engine="scipy", format="NETCDF3_64BIT"))
+    content = content.replace(NO_DIGEST.encode(), hashlib.sha256(content).hexdigest().encode(), 1)
     target = Path(path)
     try:
         descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
@@ -74,110 +117,177 @@ def save(path: Path | str, surrogate: Surrogate) -> None:
 def load(path: Path | str, *, model_version: str | None = None, data_hash: str | None = None) -> Surrogate:
     """Read a surrogate. Predictions equal those of the saved models to the last bit.
 
-    Raises :class:`InputError` for a file that is missing, foreign, damaged or of another format version, and for one of
-    another ``model_version`` or ``data_hash`` where these are given.
+    Safe for files of strangers: nothing in them is run, and sizes and shapes are checked before memory is used. Raises
+    :class:`InputError` for a file that is missing, foreign, larger than 64 MiB, damaged or of another format version,
+    and for one of another ``model_version`` or ``data_hash`` where these are given.
     """
-    path = Path(path)
+    content = _content(Path(path))
     try:
-        content = path.read_bytes()
+        attributes, variables = classic_netcdf.read(content)
+    except classic_netcdf.UnreadableError as error:
+        raise InputError(f"{path}: not a surrogate, or damaged: {error}") from None
+    if str(attributes.get("format")) != FORMAT:
+        raise InputError(f"{path}: not a surrogate: no attribute format = {FORMAT!r}")
+    version = attributes.get("format_version")
+    if not isinstance(version, float) or version != FORMAT_VERSION:
+        found = f"{version:g}" if isinstance(version, float) else "unknown"
+        raise InputError(f"{path}: format version {found}: this program reads {FORMAT_VERSION}; fit it again")
+    digest = str(attributes.get("digest")).encode()
+    if hashlib.sha256(content.replace(digest, NO_DIGEST.encode(), 1)).hexdigest().encode() != digest:
+        raise InputError(f"{path}: damaged: its content does not match its digest")
+    try:
+        surrogate = _surrogate(attributes, variables)
+    except KeyError as error:
+        raise InputError(f"{path}: not a complete surrogate: {error.args[0]} is missing") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    for name, wanted in (("model_version", model_version), ("data_hash", data_hash)):
+        found = getattr(surrogate, name)
+        if wanted is not None and found != wanted:
+            raise InputError(f"{path}: {name.replace('_', ' ')} = {found}: this run has {wanted}")
+    return surrogate
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file of bounded size; raises :class:`InputError`."""
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise InputError(f"{path}: not a surrogate: not a file")
+        if found.st_size > MOST_BYTES:
+            raise InputError(f"{path}: not a surrogate: longer than {MOST_BYTES // 2**20} MiB")
+        with path.open("rb") as stream:
+            return stream.read(found.st_size)
     except OSError as error:
         raise InputError(f"{path}: can not be read: {error.strerror}") from None
-    try:
-        with xr.open_dataset(io.BytesIO(content), engine="scipy") as lazy:
-            dataset = lazy.load()
-    except UNREADABLE:
-        raise InputError(f"{path}: not a surrogate: no readable NetCDF file") from None
-    if dataset.attrs.get("format") != FORMAT:
-        raise InputError(f"{path}: not a surrogate: no attribute format = {FORMAT!r}")
-    if dataset.attrs.get("format_version") != FORMAT_VERSION:
-        raise InputError(
-            f"{path}: format version {dataset.attrs.get('format_version')}: this program reads {FORMAT_VERSION}"
-        )
-    try:
-        if dataset.attrs.pop("digest") != _digest(dataset):
-            raise InputError(f"{path}: damaged: its content does not match its digest")
-        surrogate = _surrogate(path, dataset)
-    except (KeyError, TypeError, json.JSONDecodeError):
-        raise InputError(f"{path}: not a complete surrogate: variables or attributes are missing") from None
-    for field, wanted in (("model_version", model_version), ("data_hash", data_hash)):
-        found = getattr(surrogate, field)
-        if wanted is not None and found != wanted:
-            raise InputError(f"{path}: {field.replace('_', ' ')} = {found}: this run has {wanted}")
-    return surrogate
 
 
 def _attributes(surrogate: Surrogate) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
-        "model_version": surrogate.model_version,
-        "data_hash": surrogate.data_hash,
+        **{name: getattr(surrogate, name) for name in TEXTS},
+        "samples": surrogate.samples,
         "seed": str(surrogate.seed),  # the classic format has no 64-bit integers
-        "outputs": json.dumps(list(surrogate.models)),
+        "versions": ", ".join(f"{name} {version}" for name, version in surrogate.versions.items()),
+        "inputs": " ".join(surrogate.names),
+        "outputs": " ".join(surrogate.models),
     }
 
 
-def _variables(name: str, state: KrigingState, accuracy: Accuracy) -> xr.Dataset:
-    """The arrays of one model, its scalars and figures as attributes of the weights."""
-    points, inputs = f"{name}_point", f"{name}_input"
-    attributes: dict[str, Any] = {field: float(getattr(state, field)) for field in SCALARS} | accuracy.as_dict()
-    attributes |= {"correlation": state.correlation, "names": json.dumps(list(state.names))}
-    variables: dict[str, Any] = {
-        f"{name}_inputs": ((points, inputs), state.inputs),
-        f"{name}_weights": ((points,), state.weights, attributes),
-        f"{name}_coefficients": ((f"{name}_term",), state.coefficients),
-    }
-    return xr.Dataset(variables | {f"{name}_{field}": ((inputs,), getattr(state, field)) for field in VECTORS})
+def _variables(surrogate: Surrogate) -> dict[str, Any]:
+    variables: dict[str, Any] = {}
+    known: dict[bytes, int] = {}
+    for name, model in surrogate.models.items():
+        state: KrigingState = model.state_
+        table = np.ascontiguousarray(state.inputs)
+        number = known.setdefault(table.tobytes(), len(known))
+        points = f"point_{number}"
+        variables[f"inputs_{number}"] = ((points, "input"), table)
+        attributes: dict[str, Any] = {item: float(getattr(state, item)) for item in SCALARS}
+        attributes |= surrogate.accuracy[name].as_dict()
+        attributes |= {"correlation": state.correlation, "trend": state.trend, "rows": number}
+        variables[f"weights_{name}"] = ((points,), state.weights, attributes)
+        variables[f"coefficients_{name}"] = ((f"term_{len(state.coefficients)}",), state.coefficients)
+        for item in VECTORS:
+            variables[f"{item}_{name}"] = (("input",), getattr(state, item))
+        if state.enhanced:
+            variables[f"gradient_weights_{name}"] = (("input", points), state.gradient_weights.T)
+    return variables
 
 
-def _surrogate(path: Path, dataset: xr.Dataset) -> Surrogate:
-    models, figures = {}, {}
-    for name in json.loads(dataset.attrs["outputs"]):
-        attributes = dataset[f"{name}_weights"].attrs
-        arrays = ("inputs", "weights", "coefficients", *VECTORS)
-        values: dict[str, Any] = {
-            field: np.array(dataset[f"{name}_{field}"].values, dtype=float) for field in arrays
-        } | {field: float(attributes[field]) for field in SCALARS}
-        state = KrigingState(
-            names=tuple(json.loads(attributes["names"])), correlation=attributes["correlation"], **values
-        )
-        _check(path, name, state)
+def _surrogate(attributes: Mapping[str, Any], variables: Mapping[str, classic_netcdf.Variable]) -> Surrogate:
+    """Raises :class:`KeyError` for what is missing and :class:`InputError` for what can not be."""
+    names, outputs = (_names(attributes, item) for item in ("inputs", "outputs"))
+    if len(names) > MOST_INPUTS or len(outputs) > MOST_OUTPUTS:
+        raise InputError(f"{len(names)} inputs, {len(outputs)} outputs: at most {MOST_INPUTS} and {MOST_OUTPUTS}")
+    models, accuracy = {}, {}
+    for name in outputs:
+        state = _state(name, names, variables)
         models[name] = Kriging.from_state(state)
-        figures[name] = Accuracy(**{field.name: float(attributes[field.name]) for field in fields(Accuracy)})
-    attrs = dataset.attrs
-    return Surrogate(models, attrs["model_version"], attrs["data_hash"], int(attrs["seed"]), figures)
-
-
-def _check(path: Path, name: str, state: KrigingState) -> None:
-    """Shapes and values that a fitted state has; raises :class:`InputError` for others."""
-    points, inputs = state.inputs.shape if state.inputs.ndim == 2 else (0, 0)
-    terms = (inputs + 1) * (inputs + 2) // 2
-    shapes = {"weights": (points,), "coefficients": (terms,), **{field: (inputs,) for field in VECTORS}}
-    for field, shape in shapes.items():
-        if getattr(state, field).shape != shape:
-            raise InputError(f"{path}: {name}: {field} has shape {getattr(state, field).shape}: expected {shape}")
-    numbers = [getattr(state, field) for field in ("inputs", *shapes, *SCALARS)]
-    if not all(np.all(np.isfinite(number)) for number in numbers):
-        raise InputError(f"{path}: {name}: finite numbers only")
-    if len(state.names) != inputs or state.correlation not in CORRELATIONS:
-        raise InputError(f"{path}: {name}: {len(state.names)} names, correlation {state.correlation!r}: damaged")
-    if not (np.all(state.lower < state.upper) and np.all(state.theta > 0) and state.nugget >= 0 and state.scale > 0):
-        raise InputError(f"{path}: {name}: lower < upper, theta > 0, nugget >= 0 and scale > 0")
-
-
-def _digest(dataset: xr.Dataset) -> str:
-    """SHA-256 of all numbers and attributes: NetCDF has no check of its own."""
-    digest = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        variable = dataset[name]
-        digest.update(repr((name, variable.shape, _plain(variable.attrs))).encode())
-        digest.update(np.ascontiguousarray(variable.values, dtype="<f8").tobytes())
-    digest.update(repr(_plain(dataset.attrs)).encode())
-    return digest.hexdigest()
-
-
-def _plain(attributes: Mapping[Any, Any]) -> list[tuple[str, str]]:
-    """Attributes as they come back from a file: numbers as Python floats, in order of their names."""
-    return sorted(
-        (str(key), value if isinstance(value, str) else repr(float(value))) for key, value in attributes.items()
+        own = variables[f"weights_{name}"].attributes
+        figures = {item.name: _number(name, own, item.name) for item in fields(Accuracy)}
+        accuracy[name] = Accuracy(**figures)
+    seed = _text(attributes, "seed")
+    if not (seed.removeprefix("-").isdecimal() and len(seed) <= 20):
+        raise InputError(f"seed = {seed[:40]!r}: a whole number")
+    return Surrogate(
+        models,
+        accuracy,
+        **{item: _text(attributes, item) for item in TEXTS},
+        samples=int(_number("design", attributes, "samples")),
+        seed=int(seed),
+        versions=dict(_pair(part) for part in _text(attributes, "versions").split(", ")),
     )
+
+
+def _state(name: str, names: tuple[str, ...], variables: Mapping[str, classic_netcdf.Variable]) -> KrigingState:
+    """One model; raises as :func:`_surrogate`."""
+    own = variables[f"weights_{name}"].attributes
+    correlation, trend = _text(own, "correlation"), _text(own, "trend")
+    if correlation not in CORRELATIONS or trend not in trends.TRENDS:
+        raise InputError(
+            f"{name}: correlation {correlation[:40]!r}, trend {trend[:40]!r}: none that this program knows"
+        )
+    arrays: dict[str, Any] = {
+        item: variables[f"{item}_{name}"].values for item in ("weights", "coefficients", *VECTORS)
+    }
+    arrays["inputs"] = variables[f"inputs_{_number(name, own, 'rows'):g}"].values
+    slopes = variables.get(f"gradient_weights_{name}")
+    points, inputs = arrays["weights"].size, len(names)
+    if points > MOST_POINTS:
+        raise InputError(f"{name}: {points} points: at most {MOST_POINTS}")
+    shapes = {"inputs": (points, inputs), "weights": (points,), "coefficients": (trends.size(inputs, trend),)}
+    shapes |= {item: (inputs,) for item in VECTORS}
+    if slopes is not None:
+        arrays["gradient_weights"], shapes["gradient_weights"] = slopes.values, (inputs, points)
+    for item, values in arrays.items():
+        if values.shape != shapes[item]:
+            raise InputError(f"{name}: {item} has shape {values.shape}: expected {shapes[item]}")
+        if not np.all(np.isfinite(values)):
+            raise InputError(f"{name}: {item}: finite numbers only")
+    arrays["gradient_weights"] = arrays["gradient_weights"].T if slopes is not None else np.zeros((0, inputs))
+    arrays |= {item: _number(name, own, item) for item in SCALARS}
+    state = KrigingState(names=names, correlation=correlation, trend=trend, **arrays)
+    _check(name, state)
+    return state
+
+
+def _check(name: str, state: KrigingState) -> None:
+    """Raise :class:`InputError` for values that no fit has."""
+    if not (np.all(state.lower < state.upper) and np.all(state.theta > 0)):
+        raise InputError(f"{name}: lower < upper and theta > 0")
+    if min(state.nugget, state.gradient_nugget, state.variance) < 0 or not state.scale > 0:
+        raise InputError(f"{name}: nuggets and variance >= 0, and scale > 0")
+    if state.smoothing != 0 and not (state.correlation == "exponential" and 0 < state.smoothing <= 1):
+        raise InputError(f"{name}: smoothing = {state.smoothing:g}: 0, or up to 1 for the exponential correlation")
+    if state.enhanced and state.correlation not in DIFFERENTIABLE:
+        raise InputError(
+            f"{name}: gradients with correlation {state.correlation!r}: one of {', '.join(DIFFERENTIABLE)}"
+        )
+
+
+def _text(attributes: Mapping[str, Any], item: str) -> str:
+    value = attributes[item]
+    if not isinstance(value, str) or len(value) > 10_000:
+        raise InputError(f"{item}: a text of at most 10000 characters")
+    return value
+
+
+def _number(name: str, attributes: Mapping[str, Any], item: str) -> float:
+    value = attributes[item]
+    if not isinstance(value, float) or not np.isfinite(value):
+        raise InputError(f"{name}: {item}: a finite number")
+    return value
+
+
+def _names(attributes: Mapping[str, Any], item: str) -> tuple[str, ...]:
+    names = tuple(_text(attributes, item).split(" "))
+    if len(set(names)) != len(names) or not all(NAME.fullmatch(name) for name in names):
+        raise InputError(f"{item}: different names of letters, digits and _")
+    return names
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, _, version = text.partition(" ")
+    return name, version
