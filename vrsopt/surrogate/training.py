@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import joblib
 import numpy as np
@@ -13,47 +14,89 @@ from rich.console import Console
 from rich.progress import Progress
 
 from vrsopt.errors import InputError
-from vrsopt.surrogate.database import Database, DesignMeta
+from vrsopt.surrogate.correlation import CORRELATIONS
+from vrsopt.surrogate.database import FLYABLE, Database, DesignMeta
 from vrsopt.surrogate.kriging import Kriging
-from vrsopt.surrogate.likelihood import CORRELATIONS
+from vrsopt.surrogate.selection import select
 from vrsopt.surrogate.store import Surrogate, save
-from vrsopt.surrogate.validation import Accuracy, leave_one_out
+from vrsopt.surrogate.validation import Accuracy, leave_one_out, leave_one_out_coverage
 
-COMPARED = ("main_rotor_power", "tail_rotor_power", "fuel_flow")  # also fitted on all converged points, for comparison
+BEST = "best"
 LEAST_FLYABLE = 100
+LARGEST_SYSTEM = 6000  # equations of a gradient-enhanced fit: its time grows with the cube
+SETS = ("flyable", "converged")
+
+
+@dataclass(frozen=True)
+class OutputFit:
+    """Leave-one-out figures of one fitted output.
+
+    ``coverage_percent``: points within two predicted standard deviations; 95.4 with normal errors. ``condition_number``
+    of the covariance of the data. ``points``: how many were fitted.
+    """
+
+    accuracy: Accuracy
+    coverage_percent: float
+    correlation: str
+    nugget: float
+    condition_number: float
+    points: int
+
+    def as_dict(self) -> dict[str, Any]:
+        others = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "accuracy"}
+        return self.accuracy.as_dict() | others
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A surrogate fitted on the flyable points, and its accuracy beside that of fits on all converged points."""
+    """A surrogate fitted on the flyable points, and its figures beside those of fits on all converged points.
+
+    ``correlation`` as it was asked for; ``figures[set][output]`` for the sets "flyable" and "converged".
+    """
 
     surrogate: Surrogate
+    correlation: str
+    gradient_enhanced: bool
     samples: int
     flyable: int
     converged: int
-    flyable_accuracy: Mapping[str, Accuracy]
-    converged_accuracy: Mapping[str, Accuracy]
+    figures: Mapping[str, Mapping[str, OutputFit]]
 
     def as_dict(self) -> dict[str, object]:
         """The figures for one JSON object: per output and set, and the counts."""
-        outputs: dict[str, dict[str, dict[str, float]]] = {}
-        for label, figures in (("flyable", self.flyable_accuracy), ("converged", self.converged_accuracy)):
-            for name, accuracy in figures.items():
-                outputs.setdefault(name, {})[label] = accuracy.as_dict()
-        counts = {"samples": self.samples, "flyable": self.flyable, "converged": self.converged}
-        correlation = next(iter(self.surrogate.models.values())).state_.correlation
-        return {"correlation": correlation, **counts, "outputs": outputs}
+        outputs = {
+            name: {label: self.figures[label][name].as_dict() for label in SETS} for name in self.surrogate.models
+        }
+        return {
+            "correlation": self.correlation,
+            "gradient_enhanced": self.gradient_enhanced,
+            "samples": self.samples,
+            "flyable": self.flyable,
+            "converged": self.converged,
+            "outputs": outputs,
+        }
 
     def __str__(self) -> str:
-        head = f"{'leave-one-out':<22}{'points':<11}{'Pearson %':>10}{'slope deg':>11}{'bias %':>9}{'mean |e| %':>12}"
-        lines = [f"{self.samples} points, {self.flyable} flyable, {self.converged} converged", head + f"{'rms %':>8}"]
-        for label, figures in (("flyable", self.flyable_accuracy), ("converged", self.converged_accuracy)):
-            lines += [
-                f"{name:<22}{label:<11}{a.pearson_percent:10.3f}{a.slope_deg:11.3f}{a.bias_percent:9.3f}"
-                f"{a.mean_abs_error_percent:12.3f}{a.rms_error_percent:8.3f}"
-                for name, a in figures.items()
-            ]
+        columns = ("Pearson %", "slope deg", "bias %", "mean |e| %", "rms %", "std %", "in 2 std %", "condition")
+        head = f"{'leave-one-out':<32}{'points':<10}{'fitted':>7}" + "".join(f"{column:>12}" for column in columns)
+        lines = [f"{self.samples} points, {self.flyable} flyable, {self.converged} converged", head]
+        for name in self.surrogate.models:
+            for label in SETS:
+                fitted = self.figures[label][name]
+                numbers = (*fitted.accuracy.as_dict().values(), fitted.coverage_percent)
+                row = "".join(f"{number:12.3f}" for number in numbers) + f"{fitted.condition_number:12.1e}"
+                chosen = f"  {fitted.correlation}" if self.correlation == BEST else ""
+                lines.append(f"{name:<32}{label:<10}{fitted.points:7d}{row}{chosen}")
         return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One Kriging to fit: inputs (n, d), output (n,) and its gradients (n, d) or None."""
+
+    inputs: np.ndarray
+    output: np.ndarray
+    gradients: np.ndarray | None
 
 
 def fit(
@@ -61,59 +104,126 @@ def fit(
     out: Path | str | None = None,
     *,
     correlation: str = "squared_exponential",
+    gradient_enhanced: bool = False,
+    samples: int | None = None,
     workers: int = 2,
     progress: bool = False,
 ) -> Fit:
     """Fit a Kriging to every output of the design of experiments ``design`` and write them to ``out`` (NetCDF).
 
-    The surrogate is fitted on the flyable points; the powers and the fuel flow are also fitted on all converged points,
-    so that the two sets can be compared. Fits run in ``workers`` processes; ``progress`` shows a bar. Raises
-    :class:`InputError` for a file that is no design, an unknown correlation, or fewer than 100 flyable points.
+    The surrogate is fitted on the flyable points; every output is also fitted on all converged points, so that the two
+    sets can be compared. ``correlation``: one of those of :class:`Kriging`, or "best" for the one with the least
+    leave-one-out error, for each output apart. ``gradient_enhanced``: the stored derivatives are fitted too; outputs
+    without derivatives are fitted without them. ``samples``: only the first rows are fitted, as far as that many
+    flyable points; by default all. Fits run in ``workers`` processes; ``progress`` shows a bar.
+
+    Raises :class:`InputError` for a file that is no design, an unknown correlation, fewer than 100 flyable points or
+    than ``samples``, and a gradient-enhanced fit with more equations, points times 1 + inputs, than 6000.
     """
-    if correlation not in CORRELATIONS:
-        raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}")
+    if correlation not in (*CORRELATIONS, BEST):
+        raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}, {BEST}")
     if workers < 1:
         raise InputError(f"fit: workers = {workers}: at least 1")
     if out is not None and Path(out).resolve() == Path(design).resolve():
         raise InputError(f"{out}: can not be written: it is the design of experiments itself")
-    with Database.open(design) as database:
-        meta = database.meta
-        flyable, everything = database.arrays(), database.arrays(flyable=False)
-    if len(flyable[0]) < LEAST_FLYABLE:
-        raise InputError(f"{design}: {len(flyable[0])} flyable points: at least {LEAST_FLYABLE}")
-    jobs = [(name, *_column(meta, flyable, name)) for name in meta.outputs]
-    jobs += [(name, *_column(meta, everything, name)) for name in COMPARED if name in meta.outputs]
+    table = _Table.read(design, samples)
+    if gradient_enhanced and table.flyable.sum() * (1 + len(table.meta.names)) > LARGEST_SYSTEM:
+        most = LARGEST_SYSTEM // (1 + len(table.meta.names))
+        raise InputError(
+            f"fit: samples = {table.flyable.sum()}: at most {most} for a gradient-enhanced fit in "
+            f"{len(table.meta.names)} variables"
+        )
+    meta = table.meta
+    jobs = {
+        (label, name): table.job(name, label, gradient_enhanced and name in meta.derivatives)
+        for label in SETS
+        for name in meta.outputs
+    }
     fitted = _fit_all(jobs, meta, correlation, workers, progress)
-    count = len(meta.outputs)
-    accuracy = dict(zip(meta.outputs, (figures for _, figures in fitted[:count]), strict=True))
-    models = dict(zip(meta.outputs, (model for model, _ in fitted[:count]), strict=True))
-    surrogate = Surrogate(models, meta.model_version, meta.data_hash, meta.seed, accuracy)
+    figures = {label: {name: fitted[label, name][1] for name in meta.outputs} for label in SETS}
+    surrogate = Surrogate(
+        {name: fitted[SETS[0], name][0] for name in meta.outputs},
+        {name: figures[SETS[0]][name].accuracy for name in meta.outputs},
+        model_version=meta.model_version,
+        data_hash=meta.data_hash,
+        space=meta.space,
+        method=meta.method,
+        samples=int(table.flyable.sum()),
+        seed=meta.seed,
+    )
     if out is not None:
         save(out, surrogate)
-    converged = int(np.sum(np.isfinite(everything[1][:, 0])))
-    compared = {job[0]: figures for job, (_, figures) in zip(jobs[count:], fitted[count:], strict=True)}
-    return Fit(surrogate, len(everything[0]), len(flyable[0]), converged, accuracy, compared)
+    counts = (len(table.inputs), int(table.flyable.sum()), int(np.isfinite(table.outputs[:, 0]).sum()))
+    return Fit(surrogate, correlation, gradient_enhanced, *counts, figures)
 
 
-def _column(meta: DesignMeta, table: tuple[np.ndarray, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Inputs and one output at the points that have it."""
-    values = table[1][:, meta.outputs.index(name)]
-    known = np.isfinite(values)
-    return table[0][known], values[known]
+@dataclass(frozen=True)
+class _Table:
+    """The rows of a design that are fitted: inputs (n, d), outputs (n, m), derivatives (n, m, d), flyable (n,)."""
+
+    meta: DesignMeta
+    inputs: np.ndarray
+    outputs: np.ndarray
+    derivatives: np.ndarray
+    flyable: np.ndarray
+
+    @classmethod
+    def read(cls, design: Path | str, samples: int | None) -> _Table:
+        """All rows, or those up to the one that completes ``samples`` flyable ones."""
+        with Database.open(design) as database:
+            meta = database.meta
+            inputs, outputs = database.arrays(flyable=False)
+            derivatives = database.derivatives(flyable=False)
+            flyable = np.array([status == FLYABLE for status in database.status()])
+        found = int(flyable.sum())
+        if found < LEAST_FLYABLE:
+            raise InputError(f"{design}: {found} flyable points: at least {LEAST_FLYABLE}")
+        if samples is not None and not LEAST_FLYABLE <= samples <= found:
+            raise InputError(
+                f"fit: samples = {samples}: from {LEAST_FLYABLE} to {found}, the flyable points of {design}"
+            )
+        end = len(flyable) if samples is None else int(np.flatnonzero(flyable)[samples - 1]) + 1
+        return cls(meta, inputs[:end], outputs[:end], derivatives[:end], flyable[:end])
+
+    def job(self, name: str, label: str, enhanced: bool) -> _Job:
+        """The points of a set that have the output."""
+        column = self.meta.outputs.index(name)
+        values, gradients = self.outputs[:, column], self.derivatives[:, column]
+        known = np.isfinite(values) & (self.flyable | (label == "converged"))
+        if enhanced:
+            known &= np.isfinite(gradients).all(axis=1)
+        return _Job(self.inputs[known], values[known], gradients[known] if enhanced else None)
 
 
 def _fit_all(
-    jobs: list[tuple[str, np.ndarray, np.ndarray]], meta: DesignMeta, correlation: str, workers: int, progress: bool
-) -> list[tuple[Kriging, Accuracy]]:
-    tasks = (joblib.delayed(_fit_one)(X, y, meta, correlation) for _, X, y in jobs)
+    jobs: Mapping[tuple[str, str], _Job], meta: DesignMeta, correlation: str, workers: int, progress: bool
+) -> dict[tuple[str, str], tuple[Kriging, OutputFit]]:
+    """Fit every job; where both sets hold the same points of an output, once."""
+    first, second = SETS
+    same = {name for name in meta.outputs if len(jobs[first, name].output) == len(jobs[second, name].output)}
+    keys = [key for key in jobs if key[0] == first or key[1] not in same]
+    tasks = (joblib.delayed(_fit_one)(jobs[key], meta, correlation) for key in keys)
     bar = Progress(console=Console(stderr=True)) if progress else None
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1), bar or nullcontext():
         results = joblib.Parallel(n_jobs=workers, return_as="generator")(tasks)
-        if bar is None:
-            return list(results)
-        return list(bar.track(results, total=len(jobs), description="fits"))
+        fitted = list(results if bar is None else bar.track(results, total=len(keys), description="fits"))
+    found = dict(zip(keys, fitted, strict=True))
+    return found | {(second, name): found[first, name] for name in same}
 
 
-def _fit_one(X: np.ndarray, y: np.ndarray, meta: DesignMeta, correlation: str) -> tuple[Kriging, Accuracy]:
-    model = Kriging(correlation, names=meta.names, lower=meta.lower, upper=meta.upper).fit(X, y)
-    return model, leave_one_out(model)
+def _fit_one(job: _Job, meta: DesignMeta, correlation: str) -> tuple[Kriging, OutputFit]:
+    box: dict[str, Any] = {"names": meta.names, "lower": meta.lower, "upper": meta.upper}
+    if correlation == BEST:
+        model = select(job.inputs, job.output, job.gradients, **box).model
+    else:
+        model = Kriging(correlation, **box).fit(job.inputs, job.output, job.gradients)
+    state = model.state_
+    figures = OutputFit(
+        leave_one_out(model),
+        leave_one_out_coverage(model),
+        state.correlation,
+        state.nugget,
+        state.condition_number,
+        len(job.output),
+    )
+    return model, figures
