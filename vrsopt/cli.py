@@ -289,23 +289,43 @@ def add_points(
 def fit(
     design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample.")],
     out: Annotated[Path, typer.Option(help="Surrogate to write (NetCDF).")],
-    correlation: Annotated[str, typer.Option(help="squared_exponential or exponential.")] = "squared_exponential",
+    correlation: Annotated[
+        str,
+        typer.Option(help="squared_exponential, matern52, exponential, or best: of each output."),
+    ] = "squared_exponential",
+    gradient_enhanced: Annotated[
+        bool, typer.Option("--gradient-enhanced", help="Fit the stored derivatives too; for a few hundred points.")
+    ] = False,
+    samples: Annotated[int | None, count("Flyable points to fit, the first of the design.", show_default="all")] = None,
+    workers: Annotated[int, count("Processes; the fits do not depend on it.")] = 2,
     as_json: AsJson = False,
 ) -> None:
     """Fit a surrogate to a design of experiments.
 
-    A Kriging of every output; prints the leave-one-out figures.
+    A Kriging of every output on the flyable points; prints the leave-one-out figures, beside those of fits on all
+    converged points.
 
     \b
-    Example:
+    Example: the shipped surrogate once more; one with gradients
       vrsopt fit doe.db --out surrogate.nc
+      vrsopt fit doe.db --out surrogate.nc --gradient-enhanced --samples 300
     """
     check_file(out)
     if out.exists() and design.exists() and out.samefile(design):
         raise InputError(f"{out}: can not be written: it is the design of experiments itself")
+    if workers > MOST_WORKERS:
+        raise InputError(f"fit: workers = {workers}: at most {MOST_WORKERS}")
     from vrsopt.surrogate.training import fit as fitted
 
-    result = fitted(design, out, correlation=correlation, progress=sys.stderr.isatty())
+    result = fitted(
+        design,
+        out,
+        correlation=correlation,
+        gradient_enhanced=gradient_enhanced,
+        samples=samples,
+        workers=workers,
+        progress=sys.stderr.isatty(),
+    )
     if as_json:
         print_json(result.as_dict())
     else:
