@@ -69,8 +69,8 @@ def surrogate() -> Iterator[str]:
     rows = []
     for correlation in ("squared_exponential", "exponential"):
         result = fit(design, correlation=correlation)
-        for points, figures in (("flyable", result.flyable_accuracy), ("converged", result.converged_accuracy)):
-            a = figures["fuel_flow"]
+        for points, figures in result.figures.items():
+            a = figures["fuel_flow"].accuracy
             rows.append(
                 (
                     correlation,
