@@ -22,6 +22,11 @@ def turn():
     return evaluate_flight(TURN)
 
 
+@pytest.fixture(scope="module")
+def level():
+    return evaluate_level(CRUISE)
+
+
 def test_outputs_of_the_spaces(turn):
     assert turn.status == "ok" and turn.reason == ""
     assert set(turn.outputs) == set(PHYSICS["flight"].outputs) == set(OUTPUTS)
@@ -42,8 +47,7 @@ def test_derivatives_against_differences(turn, name):
         assert turn.derivatives[output][name] == pytest.approx(difference, rel=1e-3, abs=least), output
 
 
-def test_level_flight_is_the_same_in_both_spaces():
-    level = evaluate_level(CRUISE)
+def test_level_flight_is_the_same_in_both_spaces(level):
     flight = evaluate_flight({**CRUISE, "climb_angle": 0.0, "load_factor": 1.0})
     assert set(level.outputs) == {*OUTPUTS, *BESIDE}
     assert {name: level.outputs[name] for name in OUTPUTS} == flight.outputs
@@ -74,12 +78,10 @@ def test_the_trim_of_what_can_not_be_flown_is_not_looked_for():
     assert max(stalled.iterations, tail.iterations) < 120
 
 
-def test_records_do_not_depend_on_the_order(turn):
+def test_records_do_not_depend_on_the_order(level, turn):
     """Nothing is kept from point to point: not a start, not a factorisation."""
-    level = evaluate_level(CRUISE)
-    assert evaluate_flight(TURN) == turn
-    evaluate_flight(STALLED)
     assert evaluate_level(CRUISE) == level
+    evaluate_flight(STALLED)
     assert evaluate_flight(TURN) == turn
 
 
