@@ -81,7 +81,7 @@ def processes(path):
 
 @pytest.mark.slow
 def test_points_that_end_every_worker_are_reported(tmp_path, two_processes):
-    with pytest.raises(InputError, match="dask = tcp://.*: a task ended every worker that tried it"):
+    with pytest.raises(InputError, match="dask = tcp://.*: a task ended every worker that tried it: see their logs"):
         sample(tmp_path / "a.db", evaluate=fatal, dask=two_processes.scheduler_address, **DESIGN)
 
 

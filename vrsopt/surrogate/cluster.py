@@ -56,8 +56,8 @@ def results(client: Any, function: Callable[..., Any], tasks: Iterator[tuple[Any
             return
         try:
             arrived = [future.result() for future in futures.next_batch()]
-        except KilledWorker as error:
-            raise InputError(f"dask = {address}: a task ended every worker that tried it: {error}") from None
+        except KilledWorker:
+            raise InputError(f"dask = {address}: a task ended every worker that tried it: see their logs") from None
         except CancelledError:
             raise InputError(f"dask = {address}: the connection to the scheduler was lost") from None
         except ImportError as error:
