@@ -106,8 +106,9 @@ class Kriging(RegressorMixin, BaseEstimator):
                 theta, nuggets = np.array(self.theta, dtype=float), self._given_nuggets(slopes is not None)
             everything = problem(slice(None))
             solved = everything.solve(everything.covariance.matrix(theta), nuggets)
-        if solved is None:
-            raise InputError(f"kriging: nugget = {nuggets[0]:g}: {NOT_DEFINITE}")
+            if solved is None:
+                raise InputError(f"kriging: nugget = {nuggets[0]:g}: {NOT_DEFINITE}")
+            variance = solved.variance(len(inputs))
         size, dimensions = inputs.shape
         gradient_weights = solved.weights[size:].reshape(dimensions, -1).T
         self._set(
@@ -127,7 +128,7 @@ class Kriging(RegressorMixin, BaseEstimator):
                 trend=self.trend,
                 gradient_nugget=0.0 if slopes is None else float(nuggets[1]),
                 gradient_weights=gradient_weights,
-                variance=solved.variance,
+                variance=variance,
             )
         )
         return self
@@ -155,8 +156,9 @@ class Kriging(RegressorMixin, BaseEstimator):
     def standard_deviation(self, X: ArrayLike) -> Array:
         """Deviation (k,) of the noise-free output from the mean at ``X`` (k, d), with the trend's uncertainty.
 
-        theta and the nuggets count as known. The nugget, the variance of an error in the data, is not part of it: it
-        is zero at the data only as far as the nugget lets it. Raises as :meth:`predict`.
+        theta and the nuggets count as known, the process variance is that of the leave-one-out errors. The nugget, the
+        variance of an error in the data, is not part of it: add ``state_.output_error`` in squares to compare with
+        computed outputs. Raises as :meth:`predict`.
         """
         _, points = self._query(X)
         return np.sqrt(self.posterior.variance(points))
@@ -183,14 +185,15 @@ class Kriging(RegressorMixin, BaseEstimator):
         problem = fit_problem(state.correlation, eps, state.trend, state.scaled, data, None)
         with threadpool_limits(limits=1, user_api="blas"):
             solved = problem.solve(problem.covariance.matrix(state.theta), (state.nugget,))
-        if solved is None:
-            raise InputError(f"kriging: nugget = {state.nugget:g}: {NOT_DEFINITE}")
+            if solved is None:
+                raise InputError(f"kriging: nugget = {state.nugget:g}: {NOT_DEFINITE}")
+            variance = solved.variance(len(data))
         changed = replace(
             state,
             smoothing=float(eps),
             coefficients=solved.coefficients,
             weights=solved.weights,
-            variance=solved.variance,
+            variance=variance,
         )
         return Kriging.from_state(changed, extrapolate=self.extrapolate)
 

@@ -89,11 +89,6 @@ class LeastSquares:
         """Process variance of greatest likelihood."""
         return self.squares / len(self.weights)
 
-    @property
-    def variance(self) -> float:
-        """Process variance without bias: the trend has taken p degrees of freedom."""
-        return self.squares / (len(self.weights) - len(self.coefficients))
-
     def inverse(self) -> Array:
         """K^-1: upper triangle and diagonal; zeros below (N, N)."""
         inverse, _ = dpotri(self.factor, lower=1)
@@ -124,6 +119,17 @@ class LeastSquares:
         covariance = np.linalg.inv(blocks)
         weights = self.weights.reshape(per_point, points).T
         return np.einsum("ia,ia->i", covariance[:, 0], weights), covariance[:, 0, 0]
+
+    def variance(self, points: int) -> float:
+        """Process variance with which the leave-one-out errors of the outputs are, on average, as large as predicted.
+
+        mean(e_i^2 / (Q_ii^-1)_00): Cressie (1993), Statistics for Spatial Data, section 2.6.4; Bachoc (2013), Cross
+        validation and maximum likelihood estimations of hyper-parameters of Gaussian processes with model
+        misspecification. Physics is not stationary: errors are larger near its limits than the likelihood's variance
+        says, while this one gives deviations that hold on unseen points.
+        """
+        errors, covariances = self.leave_one_out(points)
+        return float(np.mean(errors**2 / covariances))
 
 
 def one_norm(matrix: Array, nuggets: Array) -> float:

@@ -8,7 +8,7 @@ the gradient weights v are there only if gradients were fitted. Every term is a 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -29,7 +29,7 @@ class KrigingState:
     ``inputs`` (n, d) in physical units; ``lower`` and ``upper`` (d,) scale them to [0, 1]; ``theta`` (d,) acts on the
     scaled inputs. ``coefficients`` (p,) of the trend (order: ``trend.pairs``), ``weights`` (n,) and, with fitted
     gradients, ``gradient_weights`` (n, d), else (0, d), give the output divided by ``scale`` after ``mean`` is taken
-    off; ``variance`` is the process variance of that, without bias (divided by N - p). ``nugget`` and
+    off; ``variance`` is the process variance of that, from leave-one-out errors. ``nugget`` and
     ``gradient_nugget`` are variances of errors in the outputs and in the gradients by scaled inputs, as shares of it.
     ``smoothing`` is eps of the smoothed exponential, or 0.
     """
@@ -46,10 +46,10 @@ class KrigingState:
     weights: Array
     mean: float
     scale: float
-    trend: str = "quadratic"
-    gradient_nugget: float = 0.0
-    gradient_weights: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    variance: float = np.nan
+    trend: str
+    gradient_nugget: float
+    gradient_weights: Array
+    variance: float
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what can be computed again: matrices (n, n)."""
