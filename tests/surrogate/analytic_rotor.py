@@ -56,5 +56,5 @@ def evaluate(inputs):
 
 def evaluate_slowly(inputs):
     """As :func:`evaluate`, with time to be interrupted."""
-    time.sleep(0.05)
+    time.sleep(0.2)
     return evaluate(inputs)
