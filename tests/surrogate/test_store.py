@@ -293,6 +293,7 @@ def entry(variable, value, index=(0,)):
         (attribute("model_version", "1\n2"), "control characters"),
         (entry("weights_power", np.inf), "power: weights: finite numbers only"),
         (entry("inputs_0", np.nan, (3, 2)), "inputs: finite numbers only"),
+        (entry("inputs_0", 3000.0, (3, 0)), "power: inputs: between lower and upper"),
         (entry("theta_power", 0.0), "theta > 0"),
         (entry("lower_power", 1e9), "lower < upper"),
         (lambda data: data.drop_vars("theta_power"), "theta_power is missing"),

@@ -26,6 +26,7 @@ import xarray as xr
 from vrsopt.errors import InputError
 from vrsopt.surrogate import classic_netcdf
 from vrsopt.surrogate import trend as trends
+from vrsopt.surrogate.checks import BOX_TOLERANCE
 from vrsopt.surrogate.correlation import CORRELATIONS, DIFFERENTIABLE
 from vrsopt.surrogate.kriging import Kriging
 from vrsopt.surrogate.state import KrigingState
@@ -257,6 +258,10 @@ def _check(name: str, state: KrigingState) -> None:
     """Raise :class:`InputError` for values that no fit has."""
     if not (np.all(state.lower < state.upper) and np.all(state.theta > 0)):
         raise InputError(f"{name}: lower < upper and theta > 0")
+    with np.errstate(all="ignore"):
+        scaled = state.scale_inputs(state.inputs)
+    if not np.all((scaled >= -BOX_TOLERANCE) & (scaled <= 1 + BOX_TOLERANCE)):
+        raise InputError(f"{name}: inputs: between lower and upper")
     if min(state.nugget, state.gradient_nugget, state.variance) < 0 or not state.scale > 0:
         raise InputError(f"{name}: nuggets and variance >= 0, and scale > 0")
     if state.smoothing != 0 and not (state.correlation == "exponential" and 0 < state.smoothing <= 1):
