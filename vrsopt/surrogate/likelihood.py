@@ -17,7 +17,6 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpocon, dpotrf, dpotri
 from scipy.optimize import minimize
 
-from vrsopt.surrogate.correlation import CORRELATIONS as CORRELATIONS
 from vrsopt.surrogate.correlation import correlation_matrix, log_theta_ratio, upper_blocks
 
 Array = NDArray[np.float64]
