@@ -260,7 +260,7 @@ def test_a_window_that_holds_the_solution_back_is_noticed(squared):
         found, _, _ = solve(exported)
         assert np.any(found[0] < 42.01)
         with pytest.raises(
-            NoSolutionError, match=r"rotor_speed = 42 at node \d+: .* end of the window 42 to 46"
+            NoSolutionError, match=r"rotor_speed = 42 at node \d+: .* an end of the window 42 to 46"
         ) as caught:
             exported.check(found)
         assert "\n" not in str(caught.value)
@@ -276,8 +276,8 @@ def test_only_the_sides_that_are_narrower_than_the_box_count(squared):
         exported.check(edge)
     for row, value, message in (
         (0, 1999.9, r"mass = 1999.9 at node 4: .* of the window 1400 to 2000"),
-        (0, 2010.0, r"mass = 2010 at node 4"),
-        (1, 52.0, r"rotor_speed = 52 at node 4: .* of the sampled box 31.08 to 51.06"),
+        (0, 2010.0, r"mass = 2010 at node 4: 1.7 % of the width beyond an end of the window"),
+        (1, 52.0, r"rotor_speed = 52 at node 4: .* beyond an end of the sampled box 31.08 to 51.06"),
         (2, np.nan, "twist = nan at node 4"),
     ):
         wrong = inside.copy()

@@ -77,9 +77,11 @@ class Exported:
         if np.any(wrong):
             side, k, node = np.unravel_index(int(np.argmin(np.where(wrong, away, np.inf))), wrong.shape)
             window = "window" if narrow[side, k] else "sampled box"
+            share = 100.0 * away[side, k, node]
+            place = "inside" if share >= 0 else "beyond"
             raise NoSolutionError(
-                f"surrogate: {self.free[k]} = {x[k, node]:g} at node {node}: {100 * away[side, k, node]:.2g} % of its "
-                f"width inside the end of the {window} {self.lower[k]:g} to {self.upper[k]:g}, which may hold it back"
+                f"surrogate: {self.free[k]} = {x[k, node]:g} at node {node}: {abs(share):.2g} % of the width "
+                f"{place} an end of the {window} {self.lower[k]:g} to {self.upper[k]:g}: the optimum may lie elsewhere"
             )
 
 
