@@ -11,7 +11,7 @@ from vrsopt.errors import InputError
 from vrsopt.surrogate import kriging as kriging_module
 from vrsopt.surrogate.correlation import CORRELATIONS
 from vrsopt.surrogate.kriging import Kriging, factors, terms
-from vrsopt.surrogate.likelihood import SUBSET
+from vrsopt.surrogate.likelihood import SUBSET, negative_log_likelihood
 from vrsopt.surrogate.space import LEVEL
 from vrsopt.surrogate.trend import TRENDS, basis
 
@@ -245,13 +245,14 @@ def test_data_that_can_not_be_fitted_is_named():
         Kriging(**BOX, theta=np.ones(5), nugget=0.0).fit(twice, np.concatenate([output, output]))
 
 
-@pytest.mark.parametrize("correlation", ["squared_exponential", "exponential"])
-def test_large_design_is_finished_on_all_rows(correlation):
-    inputs = rotor.design(700, seed=14)
+def test_large_design_is_finished_on_all_rows():
+    inputs = rotor.design(600, seed=14)
     inputs = inputs[rotor.blade_loading(inputs) < 0.12]
     assert len(inputs) > SUBSET
-    model = Kriging(correlation, **BOX, starts=(2.5,)).fit(inputs, rotor.shaft_power(inputs))
+    model = Kriging(**BOX, starts=(2.5,)).fit(inputs, rotor.shaft_power(inputs))
+    best, _ = negative_log_likelihood(np.log([*model.state_.theta, model.state_.nugget]), model.state_.problem)
+    some = Kriging(**BOX, starts=(2.5,)).fit(inputs[:SUBSET], rotor.shaft_power(inputs[:SUBSET])).state_
+    assert best < negative_log_likelihood(np.log([*some.theta, some.nugget]), model.state_.problem)[0]
     test = rotor.design(1000, seed=15)
     test = test[rotor.blade_loading(test) < 0.12]
-    error = np.sqrt(np.mean((model.predict(test) / rotor.shaft_power(test) - 1.0) ** 2))
-    assert error < (6e-3 if correlation == "exponential" else 6e-4)
+    assert np.sqrt(np.mean((model.predict(test) / rotor.shaft_power(test) - 1.0) ** 2)) < 6e-4
