@@ -22,7 +22,7 @@ import numpy as np
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
-from surrogate_data import DESIGNS, Array, Points, read
+from surrogate_data import DESIGNS, Array, Points, fitted, read
 
 from vrsopt.console import check_file
 from vrsopt.errors import InputError
@@ -100,9 +100,9 @@ def draw(points: Points, model: Kriging) -> Any:
     lower, upper = (bounds[points.meta.names.index("speed")] for bounds in (points.meta.lower, points.meta.upper))
     u = np.linspace(0.0, 1.0, 141)
     left.plot(speed, power, ".", color=GREY, markersize=3, alpha=0.6)
-    for order, (colour, line), (fitted, score) in zip(ORDERS, LINES, regressions(points), strict=True):
+    for order, (colour, line), (curve, score) in zip(ORDERS, LINES, regressions(points), strict=True):
         label = f"order {order}, $R^2$ = {score:.3f}"
-        left.plot(lower + (upper - lower) * u, 1e-3 * fitted.predict(u[:, None]), line, color=colour, lw=2, label=label)
+        left.plot(lower + (upper - lower) * u, 1e-3 * curve.predict(u[:, None]), line, color=colour, lw=2, label=label)
     left.set_title(f"polynomials in airspeed, {len(points)} flyable points", fontsize=NORMAL)
     ratio = 100.0 * points.column("rotor_speed") / NOMINAL_ROTOR_SPEED
     marks = middle.scatter(speed, power, c=ratio, s=7, cmap="cividis", linewidths=0)
@@ -137,11 +137,6 @@ def draw_shares(axes: Any, points: Points) -> None:
     tidy(axes)
 
 
-def fitted(points: Points) -> Kriging:
-    """Our Kriging of the power."""
-    return points.kriging().fit(*points.known(POWER))
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Shaft power over the design space.")
     parser.add_argument("--design", type=Path, default=DESIGNS["level"])
@@ -153,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         raise SystemExit(2) from None
-    options.out.write_bytes(png(draw(points, fitted(points))))
+    options.out.write_bytes(png(draw(points, fitted(points, POWER)[0])))
     for order, (_, score) in zip(ORDERS, regressions(points), strict=True):
         print(f"order {order} in airspeed   R2 = {score:.4f}")
     for name, share in zip(points.meta.names, shares(points.scaled(), points.column(POWER)), strict=True):

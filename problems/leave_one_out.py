@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from page_table import table
-from surrogate_data import DESIGNS, OURS, STUDY, WORDS, Array, Points, read
+from surrogate_data import DESIGNS, OURS, STUDY, WORDS, Array, Points, fitted, read
 
 from vrsopt.console import check_file
 from vrsopt.errors import InputError
@@ -45,7 +45,7 @@ class LeftOut:
 
 def left_out(points: Points, correlation: str, name: str = FUEL) -> LeftOut:
     """Leave-one-out of one output with a Kriging of the ``points``."""
-    computed, predicted = points.kriging(correlation).fit(*points.known(name)).leave_one_out()
+    computed, predicted = fitted(points, name, correlation)[0].leave_one_out()
     return LeftOut(computed, predicted, accuracy(computed, predicted))
 
 

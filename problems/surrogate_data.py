@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +26,7 @@ WORDS = {"level": "five", "flight": "seven"}  # variables of a space
 STUDY, OURS = "exponential", "squared_exponential"  # correlations
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Points:
     """Points of one design, SI units: ``inputs`` (n, d), ``outputs`` (n, m) and ``derivatives`` (n, m, d), NaN where a
     point has none; ``status`` of every point of the design, chosen or not."""
@@ -72,3 +75,17 @@ def read(path: Path | str, *, flyable: bool = True) -> Points:
         converged = np.isfinite(outputs[:, 0])
         status = Counter(database.dataset().status.values.tolist())
         return Points(database.meta, inputs[converged], outputs[converged], derivatives[converged], status)
+
+
+def cpu(action: Callable[[], Any]) -> tuple[Any, float]:
+    """Result and CPU time [s]."""
+    begin = time.process_time()
+    result = action()
+    return result, time.process_time() - begin
+
+
+@cache
+def fitted(points: Points, name: str, correlation: str = OURS, trend: str = "quadratic") -> tuple[Kriging, float]:
+    """Kriging of one output at ``points`` and the CPU time [s] of its fit, made once in a run."""
+    model, seconds = cpu(lambda: points.kriging(correlation, trend).fit(*points.known(name)))
+    return model, seconds
