@@ -40,7 +40,7 @@ def contents(path, *dropped):
 def two_processes():
     """A scheduler and two worker processes, one thread each; restarted when they die."""
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        dask.config.set({"distributed.comm.timeouts.connect": "3s"}),  # to a worker that is no longer there
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local,
     ):
         yield local
@@ -81,6 +81,7 @@ def processes(path):
 
 @pytest.mark.slow
 def test_points_that_end_every_worker_are_reported(tmp_path, two_processes):
+    two_processes.scheduler.allowed_failures = 0  # and not three: quicker
     with pytest.raises(InputError, match="dask = tcp://.*: a task ended every worker that tried it: see their logs"):
         sample(tmp_path / "a.db", evaluate=fatal, dask=two_processes.scheduler_address, **DESIGN)
 
