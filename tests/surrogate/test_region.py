@@ -6,7 +6,9 @@ from importlib import resources
 import numpy as np
 import pytest
 
+from vrsopt.atmosphere import GRAVITY
 from vrsopt.errors import InputError
+from vrsopt.flight import LARGEST_TURN_RATE, turn_rate
 from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.schedule.study_input import loaded
@@ -69,19 +71,36 @@ def test_casadi_gives_the_same_with_exact_derivatives(region):
     assert np.all(jacobian[0, :, 1] == 0.0)
 
 
-def test_flight_counts_the_load_factor_as_weight():
-    """Blade loading is known in closed form: that of a turn is that of the heavier aircraft in level flight."""
-    rng = np.random.default_rng(1)
-    points = np.array(FLIGHT.lower) + (np.array(FLIGHT.upper) - np.array(FLIGHT.lower)) * rng.random((60, 7))
-    box = {"names": FLIGHT.names, "lower": FLIGHT.lower, "upper": FLIGHT.upper}
-    values = {"main_rotor_power": 3e5, "tail_rotor_power": 3e4, "tail_blade_loading": 0.05}
-    values["power_turbine_inlet_temperature"] = 900.0
-    given = {"theta": np.ones(7), "nugget": 1e-4}
-    models = {name: Kriging(**box, **given).fit(points, value * points[:, 0]) for name, value in values.items()}
-    straight, turning = points[:1].repeat(2, axis=0)
-    straight[[0, 6]], turning[[0, 6]] = (1500.0, 1.0), (1500.0, 1.2)
-    usages = Region(models, LIMITS).usages(np.stack([straight, turning]))
+@pytest.fixture(scope="module")
+def flight_region():
+    """Seven inputs, outputs of a kind: what is known in closed form is tested with them."""
+    lower, upper = np.array(FLIGHT.lower), np.array(FLIGHT.upper)
+    points = lower + (upper - lower) * np.random.default_rng(1).random((60, 7))
+    values = dict(zip(USED, (3e2, 3e1, 5e-5, 0.5), strict=True))
+    settings = {"names": FLIGHT.names, "lower": lower, "upper": upper, "theta": np.ones(7), "nugget": 1e-4}
+    return Region(
+        {name: Kriging(**settings).fit(points, value * points[:, 0]) for name, value in values.items()}, LIMITS
+    )
+
+
+def test_flight_counts_the_load_factor_as_weight(flight_region):
+    straight = np.array([1500.0, 500.0, 40.0, 44.4, 0.14, 0.0, 1.0])
+    turning = straight + 0.2 * np.eye(7)[6]
+    usages = flight_region.usages(np.stack([straight, turning]))
     assert usages[0, 1] == pytest.approx(1.2 * usages[0, 0], rel=1e-3)
+
+
+def test_flight_counts_turns_that_are_too_tight(flight_region):
+    """On the limit where the trim refuses them."""
+    assert flight_region.limit_names == (*LIMIT_NAMES, "turn rate")
+    speed, climb_angle = 8.0, 0.1
+    tightest = np.sqrt(1.0 + (LARGEST_TURN_RATE * speed * np.cos(climb_angle) / GRAVITY) ** 2)
+    point = np.array([[1500.0, 500.0, speed, 44.4, 0.14, climb_angle, tightest]])
+    assert flight_region.usages(point)[-1, 0] == pytest.approx(1.0, rel=1e-12)
+    assert turn_rate(0.999 * tightest, speed, climb_angle) < LARGEST_TURN_RATE
+    with pytest.raises(InputError, match="a turn of 1 rad/s"):
+        turn_rate(1.001 * tightest, speed, climb_angle)
+    assert np.array(flight_region.function(1)(point.T)) == pytest.approx(flight_region.usages(point), rel=1e-10)
 
 
 def test_outputs_that_are_missing():

@@ -15,14 +15,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vrsopt.atmosphere import standard_air
+from vrsopt.atmosphere import GRAVITY, standard_air
 from vrsopt.drive_train import engine_power, smooth_max
 from vrsopt.errors import InputError
+from vrsopt.flight import LARGEST_TURN_RATE
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.surrogate.export import to_casadi
 from vrsopt.surrogate.kriging import Array, Kriging
 
 USED = ("main_rotor_power", "tail_rotor_power", "tail_blade_loading", "power_turbine_inlet_temperature")
+TURN = "turn rate"
 ROUNDING = 4e-4  # of the usage, over which the margin gives way to what the nominal rotor has
 
 
@@ -30,8 +32,8 @@ ROUNDING = 4e-4  # of the usage, over which the margin gives way to what the nom
 class Region:
     """The flyable region of the surrogate ``models`` (Krigings by output) under ``limits``.
 
-    A usage is 1 at its limit, in the order of ``LIMIT_NAMES``. Level flight and flight with climb angle and load factor
-    alike: what the surrogate has no input for is level flight at load factor one, on a standard day.
+    A usage is 1 at its limit. Level flight and flight with climb angle and load factor alike: what the surrogate has no
+    input for is level flight at load factor one, on a standard day.
     """
 
     models: Mapping[str, Kriging]
@@ -47,8 +49,13 @@ class Region:
         """The inputs, in the order of the columns of a point."""
         return self.models[USED[0]].state_.names
 
+    @property
+    def limit_names(self) -> tuple[str, ...]:
+        """What is limited, in the order of the usages: where turns are flown, how tight they are too."""
+        return (*LIMIT_NAMES, TURN) if "load_factor" in self.names else LIMIT_NAMES
+
     def usages(self, points: ArrayLike) -> Array:
-        """Usage of each limit (5, k) at ``points`` (k, d), physical units.
+        """Usage of each limit (m, k) at ``points`` (k, d), physical units.
 
         Raises :class:`InputError` for a point outside the sampled box.
         """
@@ -58,7 +65,7 @@ class Region:
         return np.stack([np.broadcast_to(row, len(table)) for row in rows])
 
     def function(self, size: int) -> ca.Function:
-        """The same as CasADi Function ``usages(x) -> u``, x (d, size) and u (5, size), twice differentiable."""
+        """The same as CasADi Function ``usages(x) -> u``, x (d, size) and u (m, size), twice differentiable."""
         x = ca.MX.sym("x", len(self.names), size)
         outputs = {name: to_casadi(self.models[name], size=size)(x) for name in USED}
         rows = self.expressions(dict(zip(self.names, ca.vertsplit(x), strict=True)), outputs)
@@ -78,8 +85,15 @@ class Region:
             "turbine temperature": limits.temperature_usage(outputs["power_turbine_inlet_temperature"]),
             "tail rotor loading": limits.tail_usage(outputs["tail_blade_loading"], rotor_speed, speed),
         }
-        return tuple(usage[name] for name in LIMIT_NAMES)
+        if "load_factor" in inputs:
+            tightest = LARGEST_TURN_RATE * speed * _cos(inputs["climb_angle"]) / GRAVITY
+            usage[TURN] = inputs["load_factor"] / (1.0 + tightest**2) ** 0.5
+        return tuple(usage[name] for name in self.limit_names)
 
 
 def _larger(a: Any, b: Any) -> Any:
     return smooth_max(a, b, ROUNDING)
+
+
+def _cos(angle: Any) -> Any:
+    return ca.cos(angle) if isinstance(angle, ca.SX | ca.MX | ca.DM) else np.cos(angle)
