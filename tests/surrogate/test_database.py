@@ -11,7 +11,9 @@ import xarray as xr
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate.database import Database, DesignMeta, PointRecord, Row
+from vrsopt.surrogate.design import PHYSICS
 from vrsopt.surrogate.design_table import read_points, unit
+from vrsopt.surrogate.space import SPACES
 
 META = DesignMeta(
     "0.1.0",
@@ -84,7 +86,15 @@ def test_data_set_has_units_and_all_there_is_to_know(path):
     assert (data.mass.units, data.power.units, data.fuel_flow.units) == ("kg", "W", "kg/s")
     assert data.unit.values.tolist() == ["kg", "m/s"] and data.upper.values.tolist() == [2500.0, 70.0]
     assert (data.attrs["seed"], data.attrs["outputs"], data.attrs["space"]) == (1, "power fuel_flow", "small")
-    assert (unit("tail_blade_loading"), unit("nox_flow_wide_mixing"), unit("colour")) == ("1", "kg/s", "")
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_every_column_of_the_physics_has_its_unit(space):
+    words = {"power": "W", "flow": "kg/s", "temperature": "K", "loading": "1", "consumption": "kg/J"}
+    for name in (*SPACES[space].names, *PHYSICS[space].outputs):
+        assert unit(name), name
+        assert unit(name) == words.get(name.split("_")[-1], unit(name))
+    assert (unit("shaft_power_per_engine"), unit("nox_flow_wide_mixing"), unit("colour")) == ("W", "kg/s", "")
 
 
 def test_netcdf_is_the_data_set(path, tmp_path):

@@ -34,8 +34,8 @@ ATTRIBUTES = ("model_version", "data_hash", "space", "method", "seed", "block_si
 
 def unit(name: str) -> str:
     """SI unit of an input or output; empty where its name does not tell."""
-    words = (UNITS_BY_WORD[word] for word in name.split("_") if word in UNITS_BY_WORD)
-    return UNITS.get(name) or next(words, "")
+    words = [UNITS_BY_WORD[word] for word in name.split("_") if word in UNITS_BY_WORD]
+    return UNITS.get(name) or (words[-1] if words else "")  # the last: a power turbine has a temperature
 
 
 def dataset(database: Database) -> xr.Dataset:
