@@ -3,7 +3,7 @@
 The rotors' power along a flight is a weighted sum of sampled powers (:mod:`vrsopt.schedule.rotor_tables`). Its
 predicted standard deviation is taken as the sum of theirs times the sizes of the weights: what it is at most, however
 their errors hang together. That of the main rotor stands for level flight, in which the tail rotor takes a twelfth;
-powers at rest are functions of less, and smoother, and ten times better known.
+powers at rest are smooth functions of fewer inputs, and far better known.
 """
 
 from __future__ import annotations
