@@ -50,6 +50,18 @@ def test_all_files_are_there_and_nothing_else(folder):
     assert names == sorted([*FIGURES, *DATA, "report.html", "summary.json", *variant])
 
 
+def test_points_that_would_help_are_a_table(broken, without_figures, mission_text, tmp_path):
+    points = np.array([[2000.0, 300.0, 0.1 + 0.2, 40.0, 0.18], [1900.0, 0.0, 40.0, 41.0, 0.2]])
+    names = ["mass", "altitude", "speed", "rotor_speed", "twist"]
+    attributes = {"largest_std_percent": 6.0, "mean_std_percent": 0.1, "poor_data": ""}
+    reliance = xr.Dataset({"weak_point": (("weak", "input"), points)}, {"input": names}, attributes)
+    results = {name: replace(one, reliance=reliance) for name, one in broken.results.items()}
+    write_results(replace(broken, results=results), tmp_path, mission_text=mission_text)
+    table = np.genfromtxt(tmp_path / "weak_points.csv", delimiter=",", names=True)
+    assert list(table.dtype.names) == names
+    np.testing.assert_array_equal(np.stack([table[name] for name in names], axis=1), points)
+
+
 def test_summary_is_strict_json_with_the_variants(folder, with_variant):
     summary = strict((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary == with_variant.summary()

@@ -91,11 +91,24 @@ def _contents(comparison: Comparison, mission_text: str) -> dict[str, bytes]:
         contents[f"{place}result.nc"] = netcdf(dataset)
         contents[f"{place}flight_path.geojson"] = _json(flight_path_geojson(case), indent=None)
         contents[f"{place}flight_path.kml"] = flight_path_kml(case)
+        if points := weak_points(case):
+            contents[f"{place}weak_points.csv"] = points
         attributes = attributes or {name: value for name, value in dataset.attrs.items() if name != LONG}
     page = report_page(comparison, pictures=pictures, mission_text=mission_text, record=attributes)
     contents["report.html"] = page.encode()
     contents["summary.json"] = _json(comparison.summary(), indent=2)
     return contents
+
+
+def weak_points(comparison: Comparison) -> bytes:
+    """CSV for ``vrsopt add-points``: the points whose computation would help the surrogate most along the schedules.
+
+    SI units, under the names of the surrogate's inputs; empty if no schedule knows what it relies on.
+    """
+    reliances = [result.reliance for result in comparison.results.values() if result.reliance is not None]
+    rows = {tuple(row): None for reliance in reliances for row in reliance["weak_point"].values.tolist()}
+    lines = [",".join(reliances[0]["input"].values)] if reliances else []
+    return "".join(f"{line}\n" for line in [*lines, *(",".join(map(repr, row)) for row in rows)]).encode()
 
 
 def _json(content: dict[str, Any], *, indent: int | None) -> bytes:
