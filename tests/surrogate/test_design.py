@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from vrsopt.errors import InputError
-from vrsopt.surrogate.design import BESIDE, OUTPUTS, PHYSICS, WITH_DERIVATIVES, evaluate_flight, evaluate_level, sample
+from vrsopt.surrogate.database import Database
+from vrsopt.surrogate.design import (
+    BESIDE,
+    OUTPUTS,
+    PHYSICS,
+    WITH_DERIVATIVES,
+    add_points,
+    evaluate_flight,
+    evaluate_level,
+    sample,
+)
 from vrsopt.surrogate.space import FLIGHT, LEVEL
 
 CRUISE = {"mass": 2000.0, "altitude": 500.0, "speed": 35.0, "rotor_speed": 41.0, "twist": 0.15}
@@ -83,6 +93,18 @@ def test_records_do_not_depend_on_the_order(level, turn):
     assert evaluate_level(CRUISE) == level
     evaluate_flight(STALLED)
     assert evaluate_flight(TURN) == turn
+
+
+def test_points_are_added_to_a_design_of_their_space(tmp_path, turn):
+    path = tmp_path / "doe.db"
+    sample(path, space="flight", samples=1, seed=4, workers=1)
+    added = add_points(path, [[TURN[name] for name in FLIGHT.names]], workers=1)
+    assert added.added == 1 and added.flyable == 2
+    with Database.open(path) as design:
+        assert (design.meta.space, design.meta.names, design.meta.outputs) == ("flight", FLIGHT.names, OUTPUTS)
+        assert dict(zip(OUTPUTS, design.arrays()[1][-1], strict=True)) == turn.outputs
+        slopes = design.derivatives()[-1, OUTPUTS.index("fuel_flow")]
+        assert dict(zip(FLIGHT.names, slopes, strict=True)) == turn.derivatives["fuel_flow"]
 
 
 def test_another_space_is_refused(tmp_path):

@@ -102,9 +102,13 @@ def sample(
     """Sample the physics into the design of experiments ``path`` until ``samples`` points are flyable.
 
     ``space``: "level" (mass, altitude, airspeed, rotor speed and twist of level flight) or "flight" (those, climb angle
-    and load factor), see :mod:`vrsopt.surrogate.space`. For the rest see :func:`vrsopt.surrogate.sampling.sample`; the
-    rows depend on space, method and seed alone. Raises :class:`InputError` for another space or method, a file that
-    exists (without ``resume``) or belongs to another model, data, seed or design.
+    and load factor), see :mod:`vrsopt.surrogate.space`. ``method``: "latin_hypercube" or "sobol". The rows depend on
+    space, method and ``seed`` alone, not on the number of ``workers``, the processes that compute them, nor on
+    ``dask``, the address of a scheduler whose workers do. ``resume``: continue an interrupted file, or extend a
+    complete one by more ``samples``. ``progress``: a bar on standard error.
+
+    Raises :class:`InputError` for another space or method, a file that exists (without ``resume``) or belongs to
+    another model, data, seed or design, and a cluster that can not be used.
     """
     physics = _physics(space)
     return sample_points(
@@ -128,7 +132,8 @@ def sample(
 def add_points(path: Path | str, inputs: ArrayLike, *, workers: int = 2, progress: bool = False) -> Sampling:
     """Compute the points ``inputs`` (k, d), SI units in the order of the file's inputs, and add them to a design.
 
-    Raises :class:`InputError` for points outside the box, or a file of another model or data.
+    ``path``: the design; ``workers``: processes; ``progress``: a bar on standard error. Points that it has already are
+    skipped. Raises :class:`InputError` for points outside the box, or a file of another model or data.
     """
     with Database.open(path) as database:
         space = database.meta.space
