@@ -34,6 +34,7 @@ UNCERTAIN = (MAIN, *CLIMB)
 # descents with a slow rotor, whose level flight is not flyable and thus not sampled, 2 % is common.
 LARGEST_MEAN_PERCENT = 0.25
 LARGEST_PERCENT = 5.0
+FURTHEST = 1.5  # of the largest distance among the data: they hardly reach the edges of the box, where a hover is
 WEAK_POINTS = 20  # named per schedule: a tenth of the smallest useful design
 
 
@@ -55,7 +56,8 @@ def reliance(aircraft: SurrogateAircraft, nodes: DecisionNodes, grid: FlightGrid
     away, mean = distance.nearest(points), _time_mean(nodes, percent)
     found = [f"predicted standard deviation {mean:.2f} % of the power over the flight"] * (mean > LARGEST_MEAN_PERCENT)
     found += _worst("predicted standard deviation {:.1f} % of the power", percent, LARGEST_PERCENT, (grid, flying))
-    found += _worst("{:.2f} of the box from any data", away, float(np.max(distance.spacing())), (grid, flying))
+    far = FURTHEST * float(np.max(distance.spacing()))
+    found += _worst("{:.2f} of the box from any data", away, far, (grid, flying))
     return xr.Dataset(
         {
             "segment": ("node", grid.segment[flying]),
