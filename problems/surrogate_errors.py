@@ -11,6 +11,7 @@ import numpy as np
 from leave_one_out import FUEL, cells
 from numpy.typing import NDArray
 from page_table import table
+from sklearn.cluster import KMeans
 from surrogate_data import OURS, STUDY, WORDS, Array, Points, cpu, fitted
 
 from vrsopt.atmosphere import standard_air
@@ -114,13 +115,12 @@ def at_fresh(space: Space, model: Kriging, name: str = FUEL) -> Any:
 
 
 def spread(scaled: Array, count: int) -> NDArray[np.intp]:
-    """Rows of ``count`` well spread points of ``scaled`` (n, d): each the farthest from those before it."""
-    chosen = [0]
-    distance = np.linalg.norm(scaled - scaled[0], axis=1)
-    while len(chosen) < count:
-        chosen.append(int(np.argmax(distance)))
-        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[chosen[-1]], axis=1))
-    return np.array(chosen)
+    """Rows of well spread points of ``scaled`` (n, d): those nearest to the centres of ``count`` clusters (k-means).
+
+    Points that are far from each other would lie on the border, in seven variables nearly all.
+    """
+    centres = KMeans(count, n_init=1, random_state=0).fit(scaled).cluster_centers_
+    return np.unique([np.argmin(np.sum((scaled - centre) ** 2, axis=1)) for centre in centres])
 
 
 def learn(space: Space, rows: NDArray[np.intp], *, enhanced: bool) -> tuple[Kriging, float]:

@@ -1,7 +1,7 @@
 """Everything measured about the surrogates, written to problems/surrogates.md with its figures.
 
-    vrsopt sample --samples 500 --seed 11 --out test_level.db
-    vrsopt sample --samples 500 --seed 11 --space flight --out test_flight.db
+    vrsopt sample --samples 500 --seed 2 --out test_level.db
+    vrsopt sample --samples 500 --seed 2 --space flight --out test_flight.db
     python problems/surrogates.py --fresh-level test_level.db --fresh-flight test_flight.db
 
 The first two commands make the fresh points, which no surrogate has seen; designs and surrogates are the shipped ones
