@@ -84,7 +84,7 @@ class Fit:
             for label in SETS:
                 fitted = self.figures[label][name]
                 numbers = (*fitted.accuracy.as_dict().values(), fitted.coverage_percent)
-                row = "".join(f"{number:12.3f}" for number in numbers) + f"{fitted.condition_number:12.1e}"
+                row = "".join(f"{number:12.4f}" for number in numbers) + f"{fitted.condition_number:12.1e}"
                 chosen = f"  {fitted.correlation}" if self.correlation == BEST else ""
                 lines.append(f"{name:<32}{label:<10}{fitted.points:7d}{row}{chosen}")
         return "\n".join(lines)
