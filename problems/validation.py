@@ -19,11 +19,11 @@ import numpy as np
 import validation_engine
 import validation_rotor
 from page_table import table
+from surrogate_data import DESIGNS, OURS, STUDY, fitted, read
 
-import vrsopt
 from vrsopt.aircraft import load_aircraft
 from vrsopt.schedule.compare import solve
-from vrsopt.surrogate.training import fit
+from vrsopt.surrogate.validation import leave_one_out
 
 HERE = Path(__file__).parent
 
@@ -65,23 +65,23 @@ def engine() -> Iterator[str]:
 
 def surrogate() -> Iterator[str]:
     yield "## Surrogate\n"
-    design = Path(vrsopt.__file__).parent / "data" / "design.db"
+    sets = {"flyable": read(DESIGNS["level"]), "converged": read(DESIGNS["level"], flyable=False)}
     rows = []
-    for correlation in ("squared_exponential", "exponential"):
-        result = fit(design, correlation=correlation)
-        for points, figures in result.figures.items():
-            a = figures["fuel_flow"].accuracy
+    for correlation in (OURS, STUDY):
+        for label, points in sets.items():
+            a = leave_one_out(fitted(points, "fuel_flow", correlation)[0])
             rows.append(
                 (
                     correlation,
-                    points,
+                    label,
                     f"{a.pearson_percent:.3f}",
                     f"{a.slope_deg:.3f}",
                     f"{a.mean_abs_error_percent:.3f}",
                     f"{a.rms_error_percent:.3f}",
                 )
             )
-    counts = f"{result.samples} points, {result.flyable} flyable, {result.converged} converged"
+    points = sum(sets["flyable"].status.values())
+    counts = f"{points} points, {len(sets['flyable'])} flyable, {len(sets['converged'])} converged"
     yield f"Leave-one-out of the fuel flow; {counts}:\n"
     yield from table(("correlation", "points", "Pearson %", "slope deg", "mean abs. error %", "rms error %"), rows)
 

@@ -174,20 +174,16 @@ class Helicopter:
         self, flight: Mapping[str, float], trim: Solution, engine: Solution, power: float, limits: Limits
     ) -> dict[str, float]:
         """Usage of each limit (1 = at the limit), in the order of LIMIT_NAMES."""
-        density = standard_air(flight["altitude"], flight["isa_offset"]).density
-        weight = flight["load_factor"] * flight["mass"]
-        loading = limits.blade_loading_usage(weight, density, flight["rotor_speed"], flight["speed"], smooth_max=max)
-        return {
-            "blade loading": loading,
-            "engine power": limits.power_usage(power),
-            "torque": limits.torque_usage(power, flight["rotor_speed"]),
-            "turbine temperature": limits.temperature_usage(
-                engine.outputs["power_turbine_inlet_temperature"] if engine.success else math.nan
-            ),
-            "tail rotor loading": limits.tail_usage(
-                trim.outputs["tail_blade_loading"], flight["rotor_speed"], flight["speed"]
-            ),
-        }
+        return limits.usages(
+            flight["load_factor"] * flight["mass"],
+            flight["rotor_speed"],
+            speed=flight["speed"],
+            density=standard_air(flight["altitude"], flight["isa_offset"]).density,
+            power=power,
+            temperature=engine.outputs["power_turbine_inlet_temperature"] if engine.success else math.nan,
+            tail_loading=trim.outputs["tail_blade_loading"],
+            larger=max,
+        )
 
     def _unsolved(self, flight: Mapping[str, float], trim: Trim, limits: Limits, operating: int) -> OperatingPoint:
         """A point without trim: classified by the blade loading, then by the thrust demanded of the tail rotor."""

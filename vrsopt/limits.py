@@ -22,6 +22,7 @@ from vrsopt.turboshaft.performance import temperature_limit
 Setting = Literal["manual", "study"]
 HIGHEST_DEGREE = 3  # of the polynomial through the blade-loading table
 SMALLEST_LIMIT = 0.02  # thrust coefficient over solidity far beyond the table
+ROUNDING = 4e-4  # of a usage, over which the margin of smooth problems gives way to what the nominal rotor has
 LIMIT_NAMES = ("blade loading", "engine power", "torque", "turbine temperature", "tail rotor loading")
 
 
@@ -86,6 +87,31 @@ class Limits:
         nominal = self.blade_loading(weight, density, self.aircraft.main_rotor.nominal_rotor_speed, speed)
         allowed = smooth_max(1.0 / self.manoeuvre_margin, nominal[0] / nominal[1])
         return loading / largest / allowed
+
+    def usages(
+        self,
+        weight: Any,
+        rotor_speed: Any,
+        *,
+        speed: Any,
+        density: Any,
+        power: Any,
+        temperature: Any,
+        tail_loading: Any,
+        larger: Any = lambda a, b: smooth_max(a, b, ROUNDING),
+    ) -> dict[str, Any]:
+        """Usage of each limit, 1 at the limit, in the order of LIMIT_NAMES; numbers, arrays and CasADi expressions.
+
+        weight: load factor times mass [kg]; power [W] and inter-turbine temperature [K] of one engine; ``larger``: the
+        maximum of two, rounded by default.
+        """
+        return {
+            "blade loading": self.blade_loading_usage(weight, density, rotor_speed, speed, smooth_max=larger),
+            "engine power": self.power_usage(power),
+            "torque": self.torque_usage(power, rotor_speed),
+            "turbine temperature": self.temperature_usage(temperature),
+            "tail rotor loading": self.tail_usage(tail_loading, rotor_speed, speed),
+        }
 
     def power_usage(self, power_per_engine: Any) -> Any:
         """Power of one engine over its rating."""

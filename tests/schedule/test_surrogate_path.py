@@ -270,6 +270,7 @@ def test_ground_effect_is_that_of_the_physics(make, height, speed, allowed):
     assert far == pytest.approx(rotor_power(make(conditions(speed, 50.0)), *free), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_ground_idle_is_the_engine_s_own_state_whatever_the_schedule(make):
     engine = MACHINE.engine
     path = make(conditions([0.0, 0.0], 60.0, idle=True, ground_idle=[1, 0]))

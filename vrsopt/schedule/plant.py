@@ -9,7 +9,7 @@ import numpy as np
 
 from vrsopt import foca
 from vrsopt.atmosphere import standard_air
-from vrsopt.drive_train import engine_power, smooth_max
+from vrsopt.drive_train import engine_power
 from vrsopt.limits import Limits
 from vrsopt.surrogate.emission_table import EmissionTable, emission_table
 from vrsopt.surrogate.engine_table import EngineTable
@@ -47,15 +47,10 @@ class Plant:
     def usages(
         self, weight: Any, Omega: Any, *, speed: Any, density: Any, power: Any, temperature: Any, tail_loading: Any
     ) -> tuple[Any, ...]:
-        """Usage of each limit, in the order of LIMIT_NAMES."""
-        limits = self.limits
-        return (
-            limits.blade_loading_usage(weight, density, Omega, speed, smooth_max=lambda a, b: smooth_max(a, b, 4e-4)),
-            limits.power_usage(power),
-            limits.torque_usage(power, Omega),
-            limits.temperature_usage(temperature),
-            limits.tail_usage(tail_loading, Omega, speed) + TAIL_MARGIN,
-        )
+        """Usage of each limit, in the order of LIMIT_NAMES; that of the tail rotor with its margin."""
+        flown = {"speed": speed, "density": density, "power": power, "temperature": temperature}
+        *others, tail = self.limits.usages(weight, Omega, tail_loading=tail_loading, **flown).values()
+        return (*others, tail + TAIL_MARGIN)
 
     @property
     def emission_table(self) -> EmissionTable:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vrsopt.atmosphere import GRAVITY, standard_air
-from vrsopt.drive_train import engine_power, smooth_max
+from vrsopt.drive_train import engine_power
 from vrsopt.errors import InputError
 from vrsopt.flight import LARGEST_TURN_RATE
 from vrsopt.limits import LIMIT_NAMES, Limits
@@ -25,7 +25,6 @@ from vrsopt.surrogate.kriging import Array, Kriging
 
 USED = ("main_rotor_power", "tail_rotor_power", "tail_blade_loading", "power_turbine_inlet_temperature")
 TURN = "turn rate"
-ROUNDING = 4e-4  # of the usage, over which the margin gives way to what the nominal rotor has
 
 
 @dataclass(frozen=True)
@@ -73,26 +72,20 @@ class Region:
 
     def expressions(self, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> tuple[Any, ...]:
         """Usages from inputs and the surrogate's outputs, each by name; numbers, arrays and CasADi expressions."""
-        limits, rotor_speed, speed = self.limits, inputs["rotor_speed"], inputs["speed"]
-        weight = inputs["mass"] * inputs.get("load_factor", 1.0)
-        density = standard_air(inputs["altitude"]).density
         rotor_power = outputs["main_rotor_power"] + outputs["tail_rotor_power"]
-        power = engine_power(limits.aircraft, limits.engine, rotor_power)
-        usage = {
-            "blade loading": limits.blade_loading_usage(weight, density, rotor_speed, speed, smooth_max=_larger),
-            "engine power": limits.power_usage(power),
-            "torque": limits.torque_usage(power, rotor_speed),
-            "turbine temperature": limits.temperature_usage(outputs["power_turbine_inlet_temperature"]),
-            "tail rotor loading": limits.tail_usage(outputs["tail_blade_loading"], rotor_speed, speed),
-        }
+        usage = self.limits.usages(
+            inputs["mass"] * inputs.get("load_factor", 1.0),
+            inputs["rotor_speed"],
+            speed=inputs["speed"],
+            density=standard_air(inputs["altitude"]).density,
+            power=engine_power(self.limits.aircraft, self.limits.engine, rotor_power),
+            temperature=outputs["power_turbine_inlet_temperature"],
+            tail_loading=outputs["tail_blade_loading"],
+        )
         if "load_factor" in inputs:
-            tightest = LARGEST_TURN_RATE * speed * _cos(inputs["climb_angle"]) / GRAVITY
+            tightest = LARGEST_TURN_RATE * inputs["speed"] * _cos(inputs["climb_angle"]) / GRAVITY
             usage[TURN] = inputs["load_factor"] / (1.0 + tightest**2) ** 0.5
         return tuple(usage[name] for name in self.limit_names)
-
-
-def _larger(a: Any, b: Any) -> Any:
-    return smooth_max(a, b, ROUNDING)
 
 
 def _cos(angle: Any) -> Any:
