@@ -4,7 +4,7 @@ The verbs, in the order of the work, each also a sub-command of the command line
 
 ``trim``      the aircraft with its engines at one operating point: powers, fuel flow, emissions, controls, limits
 ``engine``    one engine at a demanded power, gas-generator speed, turbine temperature or rating, with its emissions
-``sample``    the operating point at many points: a design of experiments
+``sample``    the operating point at many points: a design of experiments; ``add_points`` adds points of one's own
 ``fit``       a surrogate of a design of experiments, with its leave-one-out figures
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from vrsopt.schedule.compare import solve
     from vrsopt.schedule.comparison import Comparison
     from vrsopt.solvers.status import Status
-    from vrsopt.surrogate.design import sample
+    from vrsopt.surrogate.design import add_points, sample
     from vrsopt.surrogate.sampling import Sampling
     from vrsopt.surrogate.store import Surrogate
     from vrsopt.surrogate.store import load as load_surrogate
@@ -67,6 +67,7 @@ __all__ = [
     "Sampling",
     "Status",
     "Surrogate",
+    "add_points",
     "engine",
     "fit",
     "load_aircraft",
@@ -92,6 +93,7 @@ _HOMES = {
     "Sampling": "vrsopt.surrogate.sampling",
     "Status": "vrsopt.solvers.status",
     "Surrogate": "vrsopt.surrogate.store",
+    "add_points": "vrsopt.surrogate.design",
     "engine": "vrsopt.turboshaft.performance",
     "fit": "vrsopt.surrogate.training",
     "load_aircraft": "vrsopt.aircraft",

@@ -1,7 +1,5 @@
 """The aircraft along a mission from its surrogate: against the Kriging, against the physics, and its derivatives."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
 
@@ -26,8 +24,7 @@ LIMITS = Limits(MACHINE.aircraft, MACHINE.engine, "manual", 1.3)
 
 @pytest.fixture(scope="module")
 def surrogate():
-    with resources.as_file(resources.files("vrsopt") / "data" / "surrogate.nc") as path:
-        return store.load(path)
+    return store.load("level")
 
 
 @pytest.fixture(scope="module")
@@ -357,3 +354,8 @@ def test_smooth_max_stays_within_half_its_width():
     a = np.linspace(-3, 3, 601)
     excess = smooth_max(a, 0.0, 0.1) - np.maximum(a, 0.0)
     assert excess.min() >= 0 and excess.max() == pytest.approx(0.05)
+
+
+def test_a_surrogate_of_another_space_is_refused():
+    with pytest.raises(InputError, match="space = flight: missions fly on one of the space level"):
+        SurrogateAircraft(store.load("flight"), LIMITS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -81,5 +80,4 @@ def loaded(surrogate: Surrogate | Path | str | None, hashed: str) -> Surrogate:
 
 @lru_cache(maxsize=1)
 def _shipped(hashed: str) -> Surrogate:
-    with resources.as_file(resources.files("vrsopt") / "data" / "surrogate.nc") as path:
-        return load(path, model_version=MODEL_VERSION, data_hash=hashed)
+    return load("level", model_version=MODEL_VERSION, data_hash=hashed)

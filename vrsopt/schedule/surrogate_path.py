@@ -26,6 +26,7 @@ from vrsopt.schedule.surrogate_nodes import FLYING, GROUND_IDLE, SurrogatePath
 from vrsopt.surrogate.engine_table import engine_table
 from vrsopt.surrogate.export import FREE
 from vrsopt.surrogate.kriging import KrigingState
+from vrsopt.surrogate.space import LEVEL
 from vrsopt.surrogate.store import Surrogate
 
 LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not fit to be optimised on
@@ -45,9 +46,11 @@ class SurrogateAircraft:
     ) -> None:
         """``kinetic_energy``: charge the power that speeds up the rotor to the engines, and credit it back.
 
-        Raises :class:`InputError` for a surrogate without the outputs needed, or whose leave-one-out correlation is too
-        low to be optimised on (unless ``force``).
+        Raises :class:`InputError` for a surrogate of another space than level flight, without the outputs needed, or
+        whose leave-one-out correlation is too low to be optimised on (unless ``force``).
         """
+        if surrogate.space != LEVEL.name:
+            raise InputError(f"surrogate: space = {surrogate.space}: missions fly on one of the space {LEVEL.name}")
         for name in USED:
             if name not in surrogate.models:
                 raise InputError(f"surrogate: {name}: missing")

@@ -37,6 +37,8 @@ TEXTS = ("model_version", "data_hash", "space", "method")
 SCALARS = ("smoothing", "nugget", "gradient_nugget", "variance", "mean", "scale")
 VECTORS = ("lower", "upper", "theta")
 NO_DIGEST = "0" * 64  # in place of the digest, while it is computed
+SHIPPED = {"level": "surrogate.nc", "flight": "flight_surrogate.nc"}
+DATA = Path(__file__).parents[1] / "data"
 MOST_BYTES = 64 * 2**20
 MOST_POINTS, MOST_INPUTS, MOST_OUTPUTS = 20_000, 20, 200
 LIBRARIES = ("vrsopt", "numpy", "scipy")
@@ -116,13 +118,14 @@ def save(path: Path | str, surrogate: Surrogate) -> None:
 
 
 def load(path: Path | str, *, model_version: str | None = None, data_hash: str | None = None) -> Surrogate:
-    """Read a surrogate. Predictions equal those of the saved models to the last bit.
+    """Read the surrogate in the file ``path``, or a shipped one by its space: "level" or "flight".
 
+    Predictions equal those of the saved models to the last bit.
     Safe for files of strangers: nothing in them is run, and sizes and shapes are checked before memory is used. Raises
     :class:`InputError` for a file that is missing, foreign, larger than 64 MiB, damaged or of another format version,
     and for one of another ``model_version`` or ``data_hash`` where these are given.
     """
-    content = _content(Path(path))
+    content = _content(DATA / SHIPPED[path] if isinstance(path, str) and path in SHIPPED else Path(path))
     try:
         attributes, variables = classic_netcdf.read(content)
     except classic_netcdf.UnreadableError as error:
