@@ -342,3 +342,13 @@ def test_names_that_can_not_be_columns_are_refused(name):
 def test_derivatives_are_those_of_outputs():
     with pytest.raises(InputError, match="derivatives of 'thrust': of one of power, fuel_flow"):
         replace(META, derivatives=("thrust",))
+
+
+@pytest.mark.parametrize("form", ["netcdf", "csv"])
+def test_a_table_does_not_replace_the_design(tmp_path, form):
+    path = tmp_path / f"design.{form}"
+    with Database.create(path, META) as database:
+        before = path.read_bytes()
+        with pytest.raises(InputError, match="can not be written: it is the design of experiments itself"):
+            getattr(database, f"to_{form}")(path)
+    assert path.read_bytes() == before

@@ -6,7 +6,7 @@ import pytest
 
 from vrsopt.surrogate.correlation import CORRELATIONS
 from vrsopt.surrogate.kriging import Kriging
-from vrsopt.surrogate.likelihood import NUGGET_START, THETA_STARTS, _minimise, negative_log_likelihood
+from vrsopt.surrogate.likelihood import NUGGET_START, SUBSET, THETA_STARTS, _minimise, negative_log_likelihood
 from vrsopt.surrogate.state import fit_problem
 from vrsopt.surrogate.trend import TRENDS
 
@@ -109,3 +109,11 @@ def test_tiny_nugget_is_no_better_start(seed):
     ours = min(_minimise(np.log([start] * 5 + [NUGGET_START]), case)[0] for start in THETA_STARTS)
     for start in (0.3, 2.5, 10.0):
         assert ours <= _minimise(np.log([start] * 5 + [1e-8]), case)[0] + 0.1
+
+
+def test_rows_on_which_the_starts_compete_need_not_determine_the_trend():
+    """Every other row has all values of one input: one that alternates, in the way of a table of two variants."""
+    size = 2 * SUBSET - 1
+    inputs = np.stack([np.random.default_rng(9).random(size), np.arange(size) % 2.0], axis=1)
+    model = Kriging("matern52", trend="linear", starts=(2.5,)).fit(inputs, np.sin(6.0 * inputs[:, 0]) * inputs[:, 1])
+    assert model.score(inputs, np.sin(6.0 * inputs[:, 0]) * inputs[:, 1]) > 0.999

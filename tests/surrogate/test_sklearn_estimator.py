@@ -2,6 +2,7 @@
 
 import analytic_rotor as rotor
 import numpy as np
+import pandas as pd
 import pytest
 from sklearn.base import clone
 from sklearn.gaussian_process import GaussianProcessRegressor
@@ -48,6 +49,23 @@ def test_cross_validation_hands_on_the_gradients():
     plain = cross_val_score(model, inputs, output, cv=3)
     enhanced = cross_val_score(model, inputs, output, cv=3, params={"gradients": slopes})
     assert (1.0 - enhanced).max() < 0.1 * (1.0 - plain).max()
+
+
+def test_columns_of_a_data_frame_are_told_apart_by_name():
+    inputs = np.random.default_rng(2).random((20, 2))
+    frame = pd.DataFrame(inputs, columns=["speed", "mass"])
+    output = np.sin(3.0 * inputs[:, 0]) + inputs[:, 1] ** 2
+    settings = {"theta": [1.0, 1.0], "nugget": 1e-6, "extrapolate": True}
+    unnamed, named = Kriging(**settings), Kriging(**settings, names=("speed", "mass")).fit(inputs, output)
+    from_frame = Kriging(**settings).fit(frame, output)
+    assert from_frame.state_.names == ("speed", "mass")
+    for model in (from_frame, named, Kriging.from_state(named.state_)):
+        np.testing.assert_array_equal(model.predict(frame), model.predict(inputs))
+        with pytest.raises(InputError, match="X has columns mass, speed: speed, mass, in this order"):
+            model.predict(frame[["mass", "speed"]])
+    with pytest.raises(InputError, match="X has columns speed, mass: a, b, in this order"):
+        Kriging(names=("a", "b")).fit(frame, output)
+    assert unnamed.fit(inputs, output).predict(frame).shape == (20,)
 
 
 def test_can_not_be_used_before_it_is_fitted():

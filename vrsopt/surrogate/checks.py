@@ -37,6 +37,18 @@ def table(field: str, values: Any) -> Array:
     return result
 
 
+def column_names(values: Any) -> tuple[str, ...] | None:
+    """Names of the columns of a data frame, if all of them are texts."""
+    columns = tuple(getattr(values, "columns", ()))
+    return columns if columns and all(isinstance(name, str) for name in columns) else None
+
+
+def check_columns(columns: Sequence[str] | None, names: Sequence[str] | None) -> None:
+    """Raise :class:`InputError` if both are known and differ: a data frame of other inputs, or in another order."""
+    if columns is not None and names is not None and tuple(columns) != tuple(names):
+        raise InputError(f"kriging: X has columns {', '.join(columns)}: {', '.join(names)}, in this order, expected")
+
+
 def column(values: Any) -> Array:
     """``values`` as a finite array (n,); a column (n, 1) is taken with scikit-learn's warning."""
     if values is None:

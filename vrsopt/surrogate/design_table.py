@@ -71,6 +71,7 @@ def dataset(database: Database) -> xr.Dataset:
 
 def write_netcdf(database: Database, path: Path) -> None:
     """Write the data set as NetCDF (classic format, 64-bit offsets); the seed, which may be long, as text."""
+    _check_target(database, path)
     data = dataset(database)
     data.attrs["seed"] = str(data.attrs["seed"])
     content = bytes(data.to_netcdf(None, engine="scipy", format="NETCDF3_64BIT"))
@@ -82,6 +83,7 @@ def write_netcdf(database: Database, path: Path) -> None:
 
 def write_csv(database: Database, path: Path) -> None:
     """Write one line per point, numbers to the last bit, empty where there is none."""
+    _check_target(database, path)
     meta, rows = database.meta, database.rows()
     slopes = database.derivatives(flyable=False)
     points = rows.pop("point")
@@ -98,6 +100,11 @@ def write_csv(database: Database, path: Path) -> None:
             writer.writerows(zip(*columns.values(), strict=True))
     except OSError as error:
         raise InputError(f"{path}: can not be written: {error.strerror}") from None
+
+
+def _check_target(database: Database, path: Path) -> None:
+    if path.exists() and path.samefile(database.path):
+        raise InputError(f"{path}: can not be written: it is the design of experiments itself")
 
 
 def csv_columns(meta: DesignMeta) -> tuple[str, ...]:

@@ -14,7 +14,17 @@ from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate import trend as trends
-from vrsopt.surrogate.checks import check_bounds, check_box, check_rows, check_size, column, one_of, table
+from vrsopt.surrogate.checks import (
+    check_bounds,
+    check_box,
+    check_columns,
+    check_rows,
+    check_size,
+    column,
+    column_names,
+    one_of,
+    table,
+)
 from vrsopt.surrogate.correlation import BLOCK, CORRELATIONS, DIFFERENTIABLE, Array
 from vrsopt.surrogate.likelihood import THETA_BOUNDS, THETA_STARTS, maximise
 from vrsopt.surrogate.posterior import Posterior
@@ -28,8 +38,9 @@ class Kriging(RegressorMixin, BaseEstimator):
 
     ``correlation``: "squared_exponential", "matern52" or "exponential" (kinked at every sample; see :meth:`smoothed`).
     ``trend``: "constant", "linear" or "quadratic" in the inputs.
-    ``names``: the inputs in the order of the columns; default x0, x1, ... ``lower``, ``upper`` (d,): the box that is
-    scaled to [0, 1] and outside which a query is an error unless ``extrapolate``; default the range of the data.
+    ``names``: the inputs in the order of the columns; default those of a data frame, or x0, x1, ... ``lower``,
+    ``upper`` (d,): the box that is scaled to [0, 1] and outside which a query is an error unless ``extrapolate``;
+    default the range of the data.
     ``theta`` (d,), ``nugget`` and, with gradients, ``gradient_nugget``: given, they are not fitted (all or none).
     ``starts``: values of theta, the same for all inputs, from which the likelihood is climbed; the best is kept.
     After :meth:`fit`, ``state_`` is the :class:`KrigingState`.
@@ -85,9 +96,9 @@ class Kriging(RegressorMixin, BaseEstimator):
         determine the trend, lies outside the given box or does not vary, and for gradients with a correlation that is
         not differentiable often enough.
         """
-        inputs, output = table("X", X), column(y)
+        inputs, output, columns = table("X", X), column(y), column_names(X)
         slopes = None if gradients is None else table("gradients", gradients)
-        names, lower, upper = self._checked(inputs, output, slopes)
+        names, lower, upper = self._checked(inputs, output, slopes, columns)
         mean, scale = float(np.mean(output)), float(np.std(output))
         if not scale > 1e-12 * abs(mean):
             raise InputError(f"kriging: y = {mean:g} in all {len(output)} rows: an output that varies")
@@ -129,7 +140,8 @@ class Kriging(RegressorMixin, BaseEstimator):
                 gradient_nugget=0.0 if slopes is None else float(nuggets[1]),
                 gradient_weights=gradient_weights,
                 variance=variance,
-            )
+            ),
+            columns,
         )
         return self
 
@@ -215,16 +227,18 @@ class Kriging(RegressorMixin, BaseEstimator):
         deviations = np.sqrt(state.variance * np.maximum(variances - state.nugget, 0.0))
         return outputs, predictions, state.scale * deviations
 
-    def _set(self, state: KrigingState) -> None:
+    def _set(self, state: KrigingState, columns: tuple[str, ...] | None = None) -> None:
         self.state_ = state
         self._posterior = Posterior(state)
         self.n_features_in_ = len(state.names)
+        self._named = self.names is not None or columns is not None
 
     def _query(self, X: ArrayLike) -> tuple[KrigingState, Array]:
         """The state and the points as a table, checked."""
         check_is_fitted(self, "state_")
         state: KrigingState = self.state_
         points = table("X", X)
+        check_columns(column_names(X), state.names if self._named else None)
         if points.shape[1] != len(state.names):
             raise InputError(
                 f"kriging: X has {points.shape[1]} features, but Kriging is expecting {len(state.names)} features as "
@@ -237,12 +251,16 @@ class Kriging(RegressorMixin, BaseEstimator):
     def _given_nuggets(self, enhanced: bool) -> Array:
         return np.array([self.nugget, self.gradient_nugget][: 1 + enhanced], dtype=float)
 
-    def _checked(self, inputs: Array, output: Array, slopes: Array | None) -> tuple[tuple[str, ...], Array, Array]:
+    def _checked(
+        self, inputs: Array, output: Array, slopes: Array | None, columns: tuple[str, ...] | None
+    ) -> tuple[tuple[str, ...], Array, Array]:
         """Names and box for the data; raises :class:`InputError` for whatever can not be fitted."""
         size, dimensions = inputs.shape
-        names = tuple(self.names) if self.names is not None else tuple(f"x{k}" for k in range(dimensions))
+        default = columns or tuple(f"x{k}" for k in range(dimensions))
+        names = default if self.names is None else tuple(self.names)
         if len(names) != dimensions or len(set(names)) != dimensions:
             raise InputError(f"kriging: names = {', '.join(names)}: {dimensions} different names")
+        check_columns(columns, names)
         one_of("correlation", self.correlation, CORRELATIONS if slopes is None else DIFFERENTIABLE)
         one_of("trend", self.trend, trends.TRENDS)
         if output.shape != (size,):

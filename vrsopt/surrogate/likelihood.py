@@ -212,11 +212,13 @@ def maximise(
     """theta (d,) and nuggets of greatest likelihood: L-BFGS-B on the logarithms, from each theta of ``starts``.
 
     ``problem(rows)`` is the likelihood of some rows of the design of ``points`` rows. With more than ``SUBSET`` data
-    the starts compete on evenly spaced rows and the best is finished on all of them.
+    the starts compete on evenly spaced rows, if these determine the trend, and the best is finished on all of them.
     """
     everything = problem(np.arange(points))
     rows = np.linspace(0, points - 1, max(1, points * min(len(everything.data), SUBSET) // len(everything.data)))
     some = problem(rows.round().astype(np.intp)) if len(rows) < points else everything
+    if np.linalg.matrix_rank(some.basis) < some.basis.shape[1]:
+        some = everything
     nuggets = len(everything.covariance.sizes)
     guesses = [np.log([start] * dimensions + [NUGGET_START] * nuggets) for start in starts]
     _, best = min((_minimise(guess, some) for guess in guesses), key=lambda item: item[0])
