@@ -218,6 +218,7 @@ def test_query_outside_the_box_is_an_error_unless_extrapolating(fitted):
         ({"names": ("a", "b")}, "5 different names"),
         ({"theta": np.ones(5)}, "theta, nugget: give all or none"),
         ({"theta": -np.ones(5), "nugget": 0.0}, "5 positive numbers"),
+        ({"theta": np.ones(5), "nugget": -1e-3}, "nuggets = -0.001: numbers >= 0"),
         ({"starts": ()}, r"starts = \(\): one or more numbers from 0.001 to 50"),
         ({"lower": 0.9 * rotor.LOWER + 0.1 * rotor.UPPER}, "outside the sampled box"),
     ],

@@ -1,6 +1,7 @@
 """From a design of experiments to a surrogate with its figures, on a stand-in for the physics."""
 
 import json
+from dataclasses import replace
 
 import analytic_rotor as rotor
 import numpy as np
@@ -126,3 +127,18 @@ def test_a_design_is_not_overwritten_and_needs_points(design, tmp_path):
     )
     with pytest.raises(InputError, match="99 flyable points: at least 100"):
         fit(few)
+
+
+def still(inputs):
+    record = rotor.evaluate(inputs)
+    return replace(record, outputs={**record.outputs, "blade_loading": 0.1}, derivatives={})
+
+
+def test_a_design_without_derivatives_and_an_output_that_does_not_vary_are_named(tmp_path):
+    path = tmp_path / "still.db"
+    settings = {"space": LEVEL, "outputs": ("power", "blade_loading"), "model_version": "test", "data_hash": "0" * 8}
+    sample(path, evaluate=still, **settings, samples=100, workers=1)
+    with pytest.raises(InputError, match="still.db: no derivatives are stored in it"):
+        fit(path, gradient_enhanced=True)
+    with pytest.raises(InputError, match="fit: blade_loading: kriging: y = 0.1 in all 100 rows"):
+        fit(path, workers=1)

@@ -282,10 +282,11 @@ class Kriging(RegressorMixin, BaseEstimator):
         if len({value is None for value in given}) > 1:
             raise InputError(f"kriging: theta, nugget{', gradient_nugget' * enhanced}: give all or none")
         if self.theta is not None:
-            theta = np.asarray(self.theta, dtype=float)
-            positive = np.all(theta > 0.0) and np.all(self._given_nuggets(enhanced) >= 0.0)
-            if theta.shape != (dimensions,) or not positive:
-                raise InputError(f"kriging: theta = {theta}: {dimensions} positive numbers, and nuggets >= 0")
+            theta, nuggets = np.asarray(self.theta, dtype=float), self._given_nuggets(enhanced)
+            if theta.shape != (dimensions,) or not np.all((theta > 0.0) & np.isfinite(theta)):
+                raise InputError(f"kriging: theta = {theta}: {dimensions} positive numbers")
+            if not np.all((nuggets >= 0.0) & np.isfinite(nuggets)):
+                raise InputError(f"kriging: nuggets = {', '.join(f'{one:g}' for one in nuggets)}: numbers >= 0")
         low, high = THETA_BOUNDS
         if not self.starts or not all(low <= start <= high for start in self.starts):
             raise InputError(f"kriging: starts = {self.starts}: one or more numbers from {low} to {high}")

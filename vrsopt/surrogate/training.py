@@ -118,7 +118,8 @@ def fit(
     flyable points; by default all. Fits run in ``workers`` processes; ``progress`` shows a bar.
 
     Raises :class:`InputError` for a file that is no design, an unknown correlation, fewer than 100 flyable points or
-    than ``samples``, and a gradient-enhanced fit with more equations, points times 1 + inputs, than 6000.
+    than ``samples``, an output that can not be fitted, and a gradient-enhanced fit without stored derivatives or with
+    more equations, points times 1 + inputs, than 6000.
     """
     if correlation not in (*CORRELATIONS, BEST):
         raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}, {BEST}")
@@ -127,6 +128,8 @@ def fit(
     if out is not None and Path(out).resolve() == Path(design).resolve():
         raise InputError(f"{out}: can not be written: it is the design of experiments itself")
     table = _Table.read(design, samples)
+    if gradient_enhanced and not table.meta.derivatives:
+        raise InputError(f"fit: {design}: no derivatives are stored in it: a fit without them")
     if gradient_enhanced and table.flyable.sum() * (1 + len(table.meta.names)) > LARGEST_SYSTEM:
         most = LARGEST_SYSTEM // (1 + len(table.meta.names))
         raise InputError(
@@ -202,7 +205,7 @@ def _fit_all(
     first, second = SETS
     same = {name for name in meta.outputs if len(jobs[first, name].output) == len(jobs[second, name].output)}
     keys = [key for key in jobs if key[0] == first or key[1] not in same]
-    tasks = (joblib.delayed(_fit_one)(jobs[key], meta, correlation) for key in keys)
+    tasks = (joblib.delayed(_fit_one)(key[1], jobs[key], meta, correlation) for key in keys)
     bar = Progress(console=Console(stderr=True)) if progress else None
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1), bar or nullcontext():
         results = joblib.Parallel(n_jobs=workers, return_as="generator")(tasks)
@@ -211,15 +214,19 @@ def _fit_all(
     return found | {(second, name): found[first, name] for name in same}
 
 
-def _fit_one(job: _Job, meta: DesignMeta, correlation: str) -> tuple[Kriging, OutputFit]:
+def _fit_one(name: str, job: _Job, meta: DesignMeta, correlation: str) -> tuple[Kriging, OutputFit]:
     box: dict[str, Any] = {"names": meta.names, "lower": meta.lower, "upper": meta.upper}
-    if correlation == BEST:
-        model = select(job.inputs, job.output, job.gradients, **box).model
-    else:
-        model = Kriging(correlation, **box).fit(job.inputs, job.output, job.gradients)
+    try:
+        if correlation == BEST:
+            model = select(job.inputs, job.output, job.gradients, **box).model
+        else:
+            model = Kriging(correlation, **box).fit(job.inputs, job.output, job.gradients)
+        errors = leave_one_out(model)
+    except InputError as error:
+        raise InputError(f"fit: {name}: {error}") from None
     state = model.state_
     figures = OutputFit(
-        leave_one_out(model),
+        errors,
         leave_one_out_coverage(model),
         state.correlation,
         state.nugget,
