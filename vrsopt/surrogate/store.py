@@ -120,10 +120,10 @@ def save(path: Path | str, surrogate: Surrogate) -> None:
 def load(path: Path | str, *, model_version: str | None = None, data_hash: str | None = None) -> Surrogate:
     """Read the surrogate in the file ``path``, or a shipped one by its space: "level" or "flight".
 
-    Predictions equal those of the saved models to the last bit.
-    Safe for files of strangers: nothing in them is run, and sizes and shapes are checked before memory is used. Raises
-    :class:`InputError` for a file that is missing, foreign, larger than 64 MiB, damaged or of another format version,
-    and for one of another ``model_version`` or ``data_hash`` where these are given.
+    Predictions equal those of the saved models to the last bit. Safe for files of strangers: nothing in them is run,
+    and sizes and shapes are checked before memory is used. Raises :class:`InputError` for a file that is missing,
+    foreign, larger than 64 MiB, damaged or of another format version, and for one of another ``model_version`` or
+    ``data_hash`` where these are given.
     """
     content = _content(DATA / SHIPPED[path] if isinstance(path, str) and path in SHIPPED else Path(path))
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -119,7 +119,7 @@ def fit(
 
     Raises :class:`InputError` for a file that is no design, an unknown correlation, fewer than 100 flyable points or
     than ``samples``, an output that can not be fitted, and a gradient-enhanced fit without stored derivatives or with
-    more equations, points times 1 + inputs, than 6000.
+    more than 6000 equations, converged points times 1 + inputs.
     """
     if correlation not in (*CORRELATIONS, BEST):
         raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}, {BEST}")
@@ -130,18 +130,13 @@ def fit(
     table = _Table.read(design, samples)
     if gradient_enhanced and not table.meta.derivatives:
         raise InputError(f"fit: {design}: no derivatives are stored in it: a fit without them")
-    if gradient_enhanced and table.flyable.sum() * (1 + len(table.meta.names)) > LARGEST_SYSTEM:
-        most = LARGEST_SYSTEM // (1 + len(table.meta.names))
-        raise InputError(
-            f"fit: samples = {table.flyable.sum()}: at most {most} for a gradient-enhanced fit in "
-            f"{len(table.meta.names)} variables"
-        )
     meta = table.meta
     jobs = {
         (label, name): table.job(name, label, gradient_enhanced and name in meta.derivatives)
         for label in SETS
         for name in meta.outputs
     }
+    _check_size(jobs.values(), int(table.flyable.sum()))
     fitted = _fit_all(jobs, meta, correlation, workers, progress)
     figures = {label: {name: fitted[label, name][1] for name in meta.outputs} for label in SETS}
     surrogate = Surrogate(
@@ -196,6 +191,14 @@ class _Table:
         if enhanced:
             known &= np.isfinite(gradients).all(axis=1)
         return _Job(self.inputs[known], values[known], gradients[known] if enhanced else None)
+
+
+def _check_size(jobs: Iterable[_Job], flyable: int) -> None:
+    """Raise :class:`InputError` where points and gradients are too many equations, in the larger of the two sets."""
+    largest = max((job.gradients.size + job.output.size for job in jobs if job.gradients is not None), default=0)
+    if largest > LARGEST_SYSTEM:
+        allowed = f"at most {LARGEST_SYSTEM}, which is about {flyable * LARGEST_SYSTEM // largest} samples"
+        raise InputError(f"fit: samples = {flyable}: {largest} equations with gradients: {allowed}")
 
 
 def _fit_all(
