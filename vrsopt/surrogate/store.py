@@ -41,13 +41,12 @@ SHIPPED = {"level": "surrogate.nc", "flight": "flight_surrogate.nc"}
 DATA = Path(__file__).parents[1] / "data"
 MOST_BYTES = 64 * 2**20
 MOST_POINTS, MOST_INPUTS, MOST_OUTPUTS = 20_000, 20, 200
-LIBRARIES = ("vrsopt", "numpy", "scipy")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}")
 
 
 @cache
 def _versions() -> dict[str, str]:
-    return {name: metadata.version(name) for name in LIBRARIES}
+    return {name: metadata.version(name) for name in ("vrsopt", "numpy", "scipy")}
 
 
 @dataclass(frozen=True)
