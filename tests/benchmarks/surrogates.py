@@ -4,10 +4,10 @@
 
 ``fit``: Kriging of the shipped design's fuel flow, 1500 points in five variables, CPU time [s] with its leave-one-out.
 ``libraries``: 500 of those points, with the same correlation, against scikit-learn and SMT (``pip install smt``; left
-out where it is not installed), tested on the other 1000; four minutes. ``export``: a sweep of value, gradient and Hessian over the
-nodes of a path by CasADi. ``sampling``: the same ``--points`` flyable points of the space of seven variables, with
-derivatives, by one and by two workers (1500 take some fifteen minutes); for a quiet machine. One BLAS thread. Nothing
-here gates a test.
+out where it is not installed), tested on the other 1000; four minutes. ``export``: a sweep of value, gradient and
+Hessian over the nodes of a path by CasADi. ``sampling``: the same ``--points`` flyable points of the space of seven
+variables, with derivatives, by one and by two workers (1500 take some fifteen minutes); for a quiet machine. One BLAS
+thread. Nothing here gates a test.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from vrsopt.surrogate.validation import accuracy
 CORRELATIONS = ("exponential", "matern52", "squared_exponential")
 SMT_NAMES = dict(zip(CORRELATIONS, ("abs_exp", "matern52", "squar_exp"), strict=True))
 SMALL = 500  # points of the comparison with the libraries
-STARTS = (10, 2)  # of SMT: its default, and as many as ours
+STARTS = (10, 2)  # of SMT: its default, and as many as ours, of which both may end in a poor optimum
 NODES = (200, 400)
 SWEEPS = 20
 FREE = ("mass", "rotor_speed", "twist")
