@@ -258,7 +258,7 @@ def test_mission_file(capsys, old, new, line):
             "solve: variables = 'none': one of both, speed, twist, all",
         ),
         (("hop.toml", "--out", "r", "--surrogate", "nosuch.nc"), "nosuch.nc: can not be read"),
-        (("hop.toml", "--out", "r", "--surrogate", "folder"), "folder: can not be read"),
+        (("hop.toml", "--out", "r", "--surrogate", "folder"), "folder: not a surrogate: not a file"),
         (("hop.toml", "--out", "r", "--surrogate", "garbage"), "garbage: not a surrogate"),
         (("hop.toml", "--out", "r", "--surrogate", "cut.nc"), "cut.nc: not a surrogate"),
         (("hop.toml",), "solve: Missing option '--out'"),

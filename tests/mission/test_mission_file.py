@@ -620,7 +620,7 @@ def test_anything_anywhere_is_read_or_refused_in_one_line(which, value):
     try:
         Profile.of(mission_from(changed(path, value, file), where="x"), where="x")
     except InputError as error:
-        pattern = r"^x: ([\w\[\].\"\\' -]+(: missing| = )|tasks\[\d+\]: \w+ = |wind = ).*"
+        pattern = r'^x: (([\w\[\]. -]|"([^"\\]|\\.)*")+(: missing| = )|tasks\[\d+\]: \w+ = |wind = ).*'
         assert re.match(pattern, str(error)) and "\n" not in str(error), str(error)
 
 

@@ -35,6 +35,7 @@ UNCERTAIN = (MAIN, *CLIMB)
 LARGEST_MEAN_PERCENT = 0.25
 LARGEST_PERCENT = 5.0
 FURTHEST = 1.5  # of the largest distance among the data: they hardly reach the edges of the box, where a hover is
+LEAST_SHARE = 0.1  # of the mean power, to which it is related where a steep descent needs next to none
 WEAK_POINTS = 20  # named per schedule: a tenth of the smallest useful design
 
 
@@ -52,7 +53,8 @@ def reliance(aircraft: SurrogateAircraft, nodes: DecisionNodes, grid: FlightGrid
     points, weights = _asked(aircraft, grid, flight, flying)
     main = aircraft.models[MAIN]
     power, deviation = _power(aircraft.models, points, weights)
-    percent, distance = 100.0 * deviation / power, Distance(main)
+    percent = 100.0 * deviation / np.maximum(power, LEAST_SHARE * np.mean(power))
+    distance = Distance(main)
     away, mean = distance.nearest(points), _time_mean(nodes, percent)
     found = [f"predicted standard deviation {mean:.2f} % of the power over the flight"] * (mean > LARGEST_MEAN_PERCENT)
     found += _worst("predicted standard deviation {:.1f} % of the power", percent, LARGEST_PERCENT, (grid, flying))

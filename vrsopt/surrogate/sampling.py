@@ -187,7 +187,7 @@ def _fill(database: Database, evaluate: Evaluate, workers: int, client: Any, pro
     """Compute and store what is missing of the sequence up to the point that completes the flyable count."""
     wanted, found = database.samples, {point: status for point, status in database.found().items() if point >= 0}
     flyable = sorted(point for point, status in found.items() if status == FLYABLE)
-    limit = MOST_POINTS * max(wanted, database.meta.block_size)
+    limit = MOST_POINTS * wanted
 
     def end() -> int:
         """Index behind the last point wanted, as far as is known: points not computed yet can but bring it forward."""
