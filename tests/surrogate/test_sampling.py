@@ -166,7 +166,7 @@ def test_design_is_extended_by_the_points_that_follow(tmp_path, method):
     run(path, samples=60, method=method, evaluate=calls, resume=True)
     data = contents(path)
     assert 1000 - calls.left == data.sizes["point"] - first.sizes["point"]
-    assert data.isel(point=slice(first.sizes["point"])).drop_attrs().identical(first.drop_attrs())
+    assert data.isel(point=slice(first.sizes["point"])).equals(first)  # but for the samples wanted, an attribute
     assert (data.attrs["samples"], data.attrs["block_size"]) == (60, 15)
     expected = Sequence(method, 1, 15, LEVEL.lower, LEVEL.upper).points(data.sizes["point"])
     np.testing.assert_array_equal(data.mass.values, expected[:, 0])
