@@ -25,7 +25,9 @@ from vrsopt.helicopter import helicopter
 from vrsopt.limits import Limits
 from vrsopt.mission.file import read_mission
 from vrsopt.mission.profile import Profile
-from vrsopt.schedule.compare import SurrogateAircraft, _shipped, solve
+from vrsopt.schedule.compare import solve
+from vrsopt.schedule.study_input import loaded
+from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash
 from vrsopt.turboshaft.bulk import solve_many
@@ -138,7 +140,7 @@ def trajectory() -> dict[str, float]:
     mission = read_mission(SARM)
     machine = helicopter(mission.aircraft)
     limits = Limits(machine.aircraft, machine.engine, mission.limits.limits, mission.limits.manoeuvre_margin)
-    make = SurrogateAircraft(_shipped(model_data_hash()), limits)
+    make = SurrogateAircraft(loaded(None, model_data_hash()), limits)
     problem = TrajectoryProblem(Profile.of(mission), make)
     solutions = [problem.solve(1855.0) for _ in range(3)]
     return {

@@ -11,12 +11,12 @@ from vrsopt.mission.file import mission_from, read_mission
 from vrsopt.mission.profile import Profile
 from vrsopt.quantity import read_toml
 from vrsopt.residual import TOLERANCE
-from vrsopt.schedule.compare import schedule_settings, solve
+from vrsopt.schedule.compare import solve
 from vrsopt.schedule.comparison import Comparison
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
-from vrsopt.schedule.study_input import loaded
+from vrsopt.schedule.study_input import loaded, schedule_settings
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash

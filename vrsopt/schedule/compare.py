@@ -6,22 +6,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import joblib
-import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError, NoSolutionError
-from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
-from vrsopt.limits import Limits
+from vrsopt.helicopter import MODEL_VERSION
 from vrsopt.mission.file import Mission
-from vrsopt.mission.loading import TakeoffLoading
-from vrsopt.mission.profile import Conditions, Profile
 from vrsopt.mission.track import FlownMission
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
@@ -29,16 +23,13 @@ from vrsopt.schedule.decision import GROUND, decision_nodes
 from vrsopt.schedule.emissions import changes
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
-from vrsopt.schedule.nominal import nominal_schedule
+from vrsopt.schedule.mission_setup import MissionSetup
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.prescribed import prescribed_schedule
 from vrsopt.schedule.refinement import refined_trajectory
-from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.reliance import reliance
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
-from vrsopt.schedule.study_input import DEFAULT, checked_schedules, loaded, read, schedule_settings
-from vrsopt.schedule.surrogate_path import SurrogateAircraft
-from vrsopt.schedule.takeoff import closed_loading, given_loading
+from vrsopt.schedule.study_input import DEFAULT, checked_schedules, read
 from vrsopt.schedule.verify import fly_physics
 from vrsopt.surrogate.store import Surrogate
 
@@ -51,7 +42,6 @@ ORDER = (
     "trajectory",
 )
 DECISION_STEP = 60.0  # s
-RESERVE_SPEEDS = np.arange(15.0, 46.0)  # m/s, among which the best-endurance speed is found
 
 
 def solve(
@@ -111,18 +101,15 @@ class _Study:
         workers: int,
         say: Callable[[str], None],
     ) -> None:
+        self.setup = setup = MissionSetup(mission, surrogate, say=say)
         self.mission, self.seed, self.workers, self.say = mission, seed, workers, say
-        self.machine: Helicopter = helicopter(mission.aircraft)
-        self.profile = mission.profile if isinstance(mission, FlownMission) else Profile.of(mission)
-        margin = mission.limits.manoeuvre_margin or self.machine.aircraft.blade_loading_limit.manoeuvre_margin
-        self.limits = Limits(self.machine.aircraft, self.machine.engine, mission.limits.limits, margin)
-        self.surrogate = loaded(surrogate, self.machine.data_hash)
-        self.settings = schedule_settings(mission, self.machine)
-        self.make = SurrogateAircraft(self.surrogate, self.limits, isa_offset=mission.isa_offset_k)
-        say("surrogate along the mission")
-        self.grid = FlightGrid(self.profile, self.make)
-        self.nominal = nominal_schedule(self.profile, self.settings)
-        self.loading = self._close(self.nominal)
+        self.profile, self.limits, self.surrogate, self.settings = (
+            setup.profile,
+            setup.limits,
+            setup.surrogate,
+            setup.settings,
+        )
+        self.make, self.grid, self.nominal, self.loading = setup.make, setup.grid, setup.nominal, setup.loading
         _ = self.make.plant.emission_table  # before the searches: what fails should fail at once
 
     def compare(self, names: Sequence[str], variables: Variables) -> Comparison:
@@ -208,38 +195,9 @@ class _Study:
         if name == "nominal":
             return self.loading.fuel_burned
         try:
-            return self._close(schedule).fuel_burned
+            return self.setup.close(schedule).fuel_burned
         except (InputError, NoSolutionError):
             return math.nan
-
-    def _close(self, schedule: Schedule) -> TakeoffLoading:
-        """Take-off mass with which ``schedule`` lands with the reserve; that of a flown track is given."""
-        aircraft = self.machine.aircraft.loading
-        if isinstance(self.mission, FlownMission):
-            mass = self.mission.takeoff_mass
-            return given_loading(self.grid, schedule, takeoff_mass=mass, aircraft=aircraft)
-        return closed_loading(
-            self.grid,
-            schedule,
-            loading=self.mission.loading,
-            aircraft=aircraft,
-            endurance_flow=self._endurance_flow,
-        )
-
-    def _endurance_flow(self, landing_mass: float) -> float:
-        """Fuel flow [kg/s] at the speed of best endurance, nominal rotor, where the mission ends.
-
-        At the nearest mass for which the aircraft's model holds, where it does not: what is tried on the way.
-        """
-        model = self._reserve_model
-        mass = np.clip(np.full(len(RESERVE_SPEEDS), landing_mass), *model.bounds["mass"])
-        values = model.evaluate(mass, self.settings.nominal_rotor_speed, self.settings.nominal_twist)
-        return float(np.min(values.fuel_flow))
-
-    @cached_property
-    def _reserve_model(self) -> Any:
-        end = self.profile.conditions(len(self.profile.segments) - 1, self.profile.duration)
-        return self.make(Conditions.level(RESERVE_SPEEDS, float(end.altitude)))
 
     def _band(self, settings: ScheduleSettings) -> Band:
         """Rotor speeds within 0.5 % of least fuel at the decision nodes in flight, at the nominal schedule's mass."""
