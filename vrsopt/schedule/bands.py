@@ -1,0 +1,74 @@
+"""Rotor speeds at which the rotor must not stay: it may cross such a band within a stated time, no more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from vrsopt.errors import InputError
+
+
+@dataclass(frozen=True)
+class ForbiddenBand:
+    """Between ``lower`` and ``upper`` [rad/s], exclusive, the rotor stays at most ``crossing_time`` [s] at a time.
+
+    With a crossing time of zero the rotor stays on the side on which it begins.
+    """
+
+    lower: float
+    upper: float
+    crossing_time: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.lower < self.upper < float("inf"):
+            raise InputError(f"forbidden band: {self}: lower must be below upper")
+        if not 0.0 <= self.crossing_time < float("inf"):
+            raise InputError(f"forbidden band: crossing_time = {self.crossing_time!r} s: must not be negative")
+
+    def __str__(self) -> str:
+        return f"{self.lower:g} to {self.upper:g} rad/s"
+
+
+def allowed_regions(bands: Sequence[ForbiddenBand], low: float, high: float) -> tuple[tuple[float, float], ...]:
+    """What ``bands`` leave of the rotor speeds ``low`` to ``high`` [rad/s], from below; its bands lie in between.
+
+    Raises :class:`InputError` for bands that overlap or leave nothing.
+    """
+    ordered = sorted(bands, key=lambda band: band.lower)
+    for one, other in pairwise(ordered):
+        if other.lower <= one.upper:
+            raise InputError(f"forbidden bands {one} and {other}: must not touch: state them as one")
+    ends = [(low, high)]
+    for band in ordered:
+        bottom, top = ends.pop()
+        pieces = (bottom, min(top, band.lower)), (max(bottom, band.upper), top)
+        ends += [piece for piece in pieces if piece[0] <= piece[1]]
+        if not ends or ends[-1][1] < band.lower:  # nothing is left above
+            break
+    if not ends:
+        raise InputError(f"forbidden bands {', '.join(map(str, ordered))}: leave none of {low:g} to {high:g} rad/s")
+    return tuple(ends)
+
+
+def check_bands(
+    bands: Sequence[ForbiddenBand], *, bounds: tuple[float, float], rate: float | None, held: float | None
+) -> None:
+    """Raises :class:`InputError` for bands that contradict the other settings.
+
+    ``bounds`` [rad/s] and ``rate`` [rad/s2] of the rotor speed; ``held``: a rotor speed [rad/s] that the mission needs.
+    """
+    regions = allowed_regions(bands, *bounds)
+    for band in bands:
+        if held is not None and band.lower < held < band.upper:
+            raise InputError(
+                f"forbidden band {band}: contains the rotor speed {held:g} rad/s, at which the rotor is held in idle "
+                "or at the ends of the mission"
+            )
+        inside = any(low < band.lower < high or low < band.upper < high for low, high in [bounds])
+        needed = (band.upper - band.lower) / rate if rate else 0.0
+        if inside and len(regions) > 1 and rate and 0.0 < band.crossing_time < needed:
+            raise InputError(
+                f"forbidden band {band}: crossing_time = {band.crossing_time:g} s: at {rate:g} rad/s2 it takes "
+                f"{needed:.3g} s to cross"
+            )
