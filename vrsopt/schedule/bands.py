@@ -39,16 +39,17 @@ def allowed_regions(bands: Sequence[ForbiddenBand], low: float, high: float) -> 
     for one, other in pairwise(ordered):
         if other.lower <= one.upper:
             raise InputError(f"forbidden bands {one} and {other}: must not touch: state them as one")
-    ends = [(low, high)]
+    regions, bottom = [], low
     for band in ordered:
-        bottom, top = ends.pop()
-        pieces = (bottom, min(top, band.lower)), (max(bottom, band.upper), top)
-        ends += [piece for piece in pieces if piece[0] <= piece[1]]
-        if not ends or ends[-1][1] < band.lower:  # nothing is left above
+        if bottom > high:
             break
-    if not ends:
+        regions.append((bottom, min(band.lower, high)))
+        bottom = max(bottom, band.upper)
+    regions.append((bottom, high))
+    kept = tuple(region for region in regions if region[0] < region[1] or (low == high and region == (low, high)))
+    if not kept:
         raise InputError(f"forbidden bands {', '.join(map(str, ordered))}: leave none of {low:g} to {high:g} rad/s")
-    return tuple(ends)
+    return kept
 
 
 def check_bands(
@@ -65,9 +66,10 @@ def check_bands(
                 f"forbidden band {band}: contains the rotor speed {held:g} rad/s, at which the rotor is held in idle "
                 "or at the ends of the mission"
             )
-        inside = any(low < band.lower < high or low < band.upper < high for low, high in [bounds])
-        needed = (band.upper - band.lower) / rate if rate else 0.0
-        if inside and len(regions) > 1 and rate and 0.0 < band.crossing_time < needed:
+        if rate is None or not 0.0 < band.crossing_time or len(regions) == 1:
+            continue
+        needed = (band.upper - band.lower) / rate if rate > 0.0 else float("inf")
+        if bounds[0] < band.lower and band.upper < bounds[1] and band.crossing_time < needed:
             raise InputError(
                 f"forbidden band {band}: crossing_time = {band.crossing_time:g} s: at {rate:g} rad/s2 it takes "
                 f"{needed:.3g} s to cross"
