@@ -35,6 +35,11 @@ COMPLETE = small(
         "twist_deg": [6.0, 12.0],
         "rotor_speed_rate_percent_s": 0.5,
         "twist_rate_deg_s": 0.5,
+        "rotor_speed_acceleration_percent_s2": 0.5,
+        "twist_acceleration_deg_s2": 1.0,
+        "spin_down_credit": False,
+        "forbidden_rotor_speed": [{"percent": [87.0, 95.0], "crossing_s": 20.0}],
+        "ends": "free",
         "limits": "study",
         "manoeuvre_margin": 1.2,
     },
@@ -141,6 +146,12 @@ def test_names_may_have_any_letters(tmp_path):
 
 # what is not, by hand
 
+
+def band(low: float, high: float, crossing: float = 20.0) -> dict:
+    return {"percent": [low, high], "crossing_s": crossing}
+
+
+BANDS = ("limits", "forbidden_rotor_speed")
 VARIANTS = [
     (("name",), DELETE, "name: missing"),
     (("name",), "", "name = '': allowed: a text that is not empty"),
@@ -212,6 +223,15 @@ VARIANTS = [
     (("limits", "twist_deg"), [6, nan], "limits.twist_deg[1] = nan: allowed: a number from 6 to 16"),
     (("limits", "twist_deg"), {"low": 6}, "limits.twist_deg = {'low': 6}: allowed: a list"),
     (("limits", "twist_rate_deg_s"), 0, "limits.twist_rate_deg_s = 0: allowed: a number from 0.01 to 20"),
+    (("limits", "spin_down_credit"), 1, "limits.spin_down_credit = 1: allowed: true or false"),
+    (("limits", "ends"), "loose", "limits.ends = 'loose': allowed: 'pinned', 'free' or 'periodic'"),
+    (("limits", "forbidden_rotor_speed"), {}, "limits.forbidden_rotor_speed = {}: allowed: a list"),
+    (("limits", "forbidden_rotor_speed"), [{}], "limits.forbidden_rotor_speed[0].percent: missing"),
+    (BANDS, [band(95, 87)], "limits.forbidden_rotor_speed[0].percent = [95.0, 87.0]: allowed: [lower, upper]"),
+    (BANDS, [band(87, 105)], "limits.forbidden_rotor_speed[0].percent = [87.0, 105.0]: allowed: a band without 100 %"),
+    (BANDS, [band(87, 95, 2)], "limits.forbidden_rotor_speed[0].crossing_s = 2.0: allowed: 0 (never cross), or at lea"),
+    (BANDS, [band(80, 87), band(85, 95)], "limits.forbidden_rotor_speed = [[80.0, 87.0], [85.0, 95.0]]: allowed: ba"),
+    (BANDS, [band(80, 87) | {"time_s": 1}], "limits.forbidden_rotor_speed[0].time_s = 1: unknown key, allowed: perce"),
     (("limits", "limits"), "none", "limits.limits = 'none': allowed: 'manual' or 'study'"),
     (("limits", "limits"), 257, "limits.limits = 257: allowed: 'manual' or 'study'"),
     (("limits", "manoeuvre_margin"), 0.5, "limits.manoeuvre_margin = 0.5: allowed: a number from 1 to 2"),
@@ -476,6 +496,11 @@ RANGES = {
     ("limits", "twist_deg", 1): (6, 16),
     ("limits", "rotor_speed_rate_percent_s"): (0.01, 20),
     ("limits", "twist_rate_deg_s"): (0.01, 20),
+    ("limits", "rotor_speed_acceleration_percent_s2"): (0.001, 100),
+    ("limits", "twist_acceleration_deg_s2"): (0.001, 100),
+    ("limits", "forbidden_rotor_speed", 0, "percent", 0): (0, 200),
+    ("limits", "forbidden_rotor_speed", 0, "percent", 1): (0, 200),
+    ("limits", "forbidden_rotor_speed", 0, "crossing_s"): (0, 3600),
     ("limits", "manoeuvre_margin"): (1, 2),
     ("handling", "acceleration_m_s2"): (0.05, 3),
     ("handling", "cruise_acceleration_m_s2"): (0.05, 3),
@@ -550,7 +575,7 @@ def numbers(at, path=()):
     """Paths of all numbers of a mission."""
     items = at.items() if isinstance(at, dict) else enumerate(at) if isinstance(at, list) else ()
     for key, value in items:
-        if isinstance(value, float | int):
+        if isinstance(value, float | int) and not isinstance(value, bool):
             yield (*path, key)
         yield from numbers(value, (*path, key))
 

@@ -34,6 +34,13 @@ def number_or_list(low: float, high: float) -> Callable[[Any], float | tuple[flo
     return check_all
 
 
+def true_or_false(value: Any) -> bool:
+    """A check for a switch."""
+    if not isinstance(value, bool):
+        raise ValueError("allowed: true or false")
+    return value
+
+
 def printable(text: str) -> str:
     """A check for names, which messages and tables show in one line."""
     if not text.isprintable():

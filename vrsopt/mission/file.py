@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from vrsopt.errors import InputError
-from vrsopt.mission.field import Altitude, Name, Table, complaint, number_or_list, within
+from vrsopt.mission.field import Altitude, Name, Table, complaint, number_or_list, true_or_false, within
 from vrsopt.mission.file_errors import Location, first_line
 from vrsopt.mission.profile import Profile
 from vrsopt.mission.rest_tasks import GroundIdle, Hover, Idle
@@ -26,6 +26,7 @@ Mass = Annotated[float, BeforeValidator(within(0.0, 2500.0))]
 RotorSpeedPercent = Annotated[float, BeforeValidator(within(75.0, 115.0))]
 TwistDeg = Annotated[float, BeforeValidator(within(6.0, 16.0))]
 Rate = Annotated[float, BeforeValidator(within(0.01, 20.0))]
+Acceleration = Annotated[float, BeforeValidator(within(0.001, 100.0))]
 
 
 class Place(Table):
@@ -58,13 +59,36 @@ class Loading(Table):
         return self.empty_kg + self.crew_kg + sum(self.equipment_kg.values())
 
 
+class ForbiddenRotorSpeed(Table):
+    """Rotor speeds between which the rotor may not stay, and the longest time in which it crosses them."""
+
+    percent: tuple[Annotated[float, BeforeValidator(within(0.0, 200.0))], ...]
+    crossing_s: Annotated[float, BeforeValidator(within(0.0, 3600.0))] = 10.0
+
+    @model_validator(mode="after")
+    def _two_in_order(self) -> ForbiddenRotorSpeed:
+        if len(self.percent) != 2 or not self.percent[0] < self.percent[1]:
+            raise complaint("percent", list(self.percent), "allowed: [lower, upper]")
+        return self
+
+
 class Limits(Table):
-    """What a schedule may do. ``limits`` names the engine limits: flight manual, or the study's 313 kW per engine."""
+    """What a schedule may do. ``limits`` names the engine limits: flight manual, or the study's 313 kW per engine.
+
+    Accelerations are those of the rates, unlimited unless stated. Without ``spin_down_credit`` the power that speeds
+    the rotor up is charged, and nothing is given back. ``ends``: rotor speed and twist nominal at both ends of the
+    mission, free, or at the end what they are at the start.
+    """
 
     rotor_speed_percent: tuple[RotorSpeedPercent, RotorSpeedPercent] = (75.0, 115.0)
     twist_deg: tuple[TwistDeg, TwistDeg] = (6.0, 16.0)
     rotor_speed_rate_percent_s: Rate = 1.0
     twist_rate_deg_s: Rate = 1.0
+    rotor_speed_acceleration_percent_s2: Acceleration | None = None
+    twist_acceleration_deg_s2: Acceleration | None = None
+    spin_down_credit: Annotated[bool, BeforeValidator(true_or_false)] = True
+    forbidden_rotor_speed: tuple[ForbiddenRotorSpeed, ...] = ()
+    ends: Literal["pinned", "free", "periodic"] = "pinned"
     limits: Literal["manual", "study"] = "manual"
     manoeuvre_margin: Annotated[float, BeforeValidator(within(1.0, 2.0))] | None = None  # default: the aircraft's
 
@@ -74,6 +98,24 @@ class Limits(Table):
             low, high = getattr(self, field)
             if low > high:
                 raise complaint(field, [low, high], "allowed: [lower, upper]")
+        return self
+
+    @model_validator(mode="after")
+    def _bands_can_be_kept(self) -> Limits:
+        bands = sorted(band.percent for band in self.forbidden_rotor_speed)
+        for below, above in pairwise(bands):
+            if above[0] <= below[1]:
+                raise complaint("forbidden_rotor_speed", [*map(list, bands)], "allowed: bands that do not touch")
+        for index, band in enumerate(self.forbidden_rotor_speed):
+            (low, high), field = band.percent, f"forbidden_rotor_speed[{index}]"
+            if self.ends == "pinned" and low < 100.0 < high:
+                allowed = "allowed: a band without 100 %, at which the mission begins and ends"
+                raise complaint(f"{field}.percent", [low, high], allowed)
+            least = (high - low) / self.rotor_speed_rate_percent_s
+            within_bounds = self.rotor_speed_percent[0] < low and high < self.rotor_speed_percent[1]
+            if within_bounds and 0.0 < band.crossing_s < least:
+                allowed = f"allowed: 0 (never cross), or at least {least:g} s by rotor_speed_rate_percent_s"
+                raise complaint(f"{field}.crossing_s", band.crossing_s, allowed)
         return self
 
 
@@ -205,6 +247,8 @@ def _model_at(where: Location) -> type[Table]:
             return Place
         case ("loading", *_):
             return Loading
+        case ("limits", "forbidden_rotor_speed", int(), *_):
+            return ForbiddenRotorSpeed
         case ("limits", *_):
             return Limits
         case ("handling", *_):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.schedule.bands import ForbiddenBand, check_bands
 from vrsopt.solvers.status import Status
 
 NOMINAL_ROTOR_SPEED = 44.4  # rad/s
@@ -17,11 +18,17 @@ NOMINAL_TWIST = math.radians(8.0)
 ON_LIMIT = 1e-3  # a normalised limit within this of zero counts as active, above it as broken
 
 Variables = Literal["both", "speed", "twist"]
+Ends = Literal["pinned", "free", "periodic"]
 
 
 @dataclass(frozen=True)
 class ScheduleSettings:
-    """What a schedule may do. Rates of ``None`` are unlimited."""
+    """What a schedule may do. Rates and accelerations of ``None`` are unlimited.
+
+    ``spin_down_credit``: a rotor that slows down drives, down to the engines' idle; without it what speeds the rotor up
+    is charged and nothing is given back. ``ends``: rotor speed and twist nominal at both ends of the mission, free, or
+    at the end what they are at the start.
+    """
 
     nominal_rotor_speed: float = NOMINAL_ROTOR_SPEED  # rad/s
     nominal_twist: float = NOMINAL_TWIST  # rad
@@ -29,6 +36,11 @@ class ScheduleSettings:
     twist_bounds: tuple[float, float] = (math.radians(6.0), math.radians(16.0))  # rad
     rotor_speed_rate: float | None = 0.01 * NOMINAL_ROTOR_SPEED  # rad/s2
     twist_rate: float | None = math.radians(1.0)  # rad/s
+    rotor_speed_acceleration: float | None = None  # rad/s3, of the rate of the rotor speed
+    twist_acceleration: float | None = None  # rad/s2
+    spin_down_credit: bool = True
+    forbidden_bands: tuple[ForbiddenBand, ...] = ()
+    ends: Ends = "pinned"
 
     def __post_init__(self) -> None:
         for name, nominal, (low, high) in (
@@ -39,9 +51,18 @@ class ScheduleSettings:
                 raise InputError(
                     f"schedule settings: {name} = ({low:g}, {high:g}): must contain the nominal {nominal:g}"
                 )
-        for name, rate in (("rotor_speed_rate", self.rotor_speed_rate), ("twist_rate", self.twist_rate)):
-            if rate is not None and rate < 0.0:
+        for name in ("rotor_speed_rate", "twist_rate"):
+            rate = getattr(self, name)
+            if rate is not None and not rate >= 0.0:
                 raise InputError(f"schedule settings: {name} = {rate:g}: must not be negative")
+        for name in ("rotor_speed_acceleration", "twist_acceleration"):
+            acceleration = getattr(self, name)
+            if acceleration is not None and not acceleration > 0.0:
+                raise InputError(f"schedule settings: {name} = {acceleration:g}: must be above 0")
+        if self.ends not in get_args(Ends):
+            raise InputError(f"schedule settings: ends = {self.ends!r}: one of {', '.join(get_args(Ends))}")
+        held = self.nominal_rotor_speed if self.ends == "pinned" else None
+        check_bands(self.forbidden_bands, bounds=self.rotor_speed_bounds, rate=self.rotor_speed_rate, held=held)
 
     def restricted(self, variables: Variables) -> ScheduleSettings:
         """The same settings with only ``variables`` free; the other one is held at its nominal value."""

@@ -13,6 +13,7 @@ from vrsopt.helicopter import MODEL_VERSION, Helicopter
 from vrsopt.mission.file import Mission, Weather, mission_from, read_mission, validated
 from vrsopt.mission.track import FlownMission, track_mission
 from vrsopt.mission.track_file import SUFFIXES
+from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.surrogate.store import Surrogate, load
 
@@ -21,16 +22,29 @@ DEFAULT = ("nominal", "pointwise", "trajectory")
 
 
 def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> ScheduleSettings:
-    """The mission's limits on schedules in SI units, around the aircraft's nominal rotor speed and twist."""
+    """The mission's limits on schedules in SI units, around the aircraft's nominal rotor speed and twist.
+
+    Raises :class:`InputError` for limits that contradict each other.
+    """
     limits, rotor = mission.limits, machine.aircraft.main_rotor
-    low, high = (percent / 100 * rotor.nominal_rotor_speed for percent in limits.rotor_speed_percent)
+    percent = rotor.nominal_rotor_speed / 100.0
+    low, high = (percent * end for end in limits.rotor_speed_percent)
+    accelerations = limits.rotor_speed_acceleration_percent_s2, limits.twist_acceleration_deg_s2
     return ScheduleSettings(
         nominal_rotor_speed=rotor.nominal_rotor_speed,
         nominal_twist=rotor.twist,
         rotor_speed_bounds=(low, high),
         twist_bounds=(math.radians(limits.twist_deg[0]), math.radians(limits.twist_deg[1])),
-        rotor_speed_rate=limits.rotor_speed_rate_percent_s / 100 * rotor.nominal_rotor_speed,
+        rotor_speed_rate=percent * limits.rotor_speed_rate_percent_s,
         twist_rate=math.radians(limits.twist_rate_deg_s),
+        rotor_speed_acceleration=None if accelerations[0] is None else percent * accelerations[0],
+        twist_acceleration=None if accelerations[1] is None else math.radians(accelerations[1]),
+        spin_down_credit=limits.spin_down_credit,
+        forbidden_bands=tuple(
+            ForbiddenBand(percent * band.percent[0], percent * band.percent[1], band.crossing_s)
+            for band in limits.forbidden_rotor_speed
+        ),
+        ends=limits.ends,
     )
 
 
