@@ -27,21 +27,24 @@ def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> S
     Raises :class:`InputError` for limits that contradict each other.
     """
     limits, rotor = mission.limits, machine.aircraft.main_rotor
-    percent = rotor.nominal_rotor_speed / 100.0
-    low, high = (percent * end for end in limits.rotor_speed_percent)
+
+    def speed(percent: float) -> float:
+        return percent / 100 * rotor.nominal_rotor_speed
+
+    low, high = map(speed, limits.rotor_speed_percent)
     accelerations = limits.rotor_speed_acceleration_percent_s2, limits.twist_acceleration_deg_s2
     return ScheduleSettings(
         nominal_rotor_speed=rotor.nominal_rotor_speed,
         nominal_twist=rotor.twist,
         rotor_speed_bounds=(low, high),
         twist_bounds=(math.radians(limits.twist_deg[0]), math.radians(limits.twist_deg[1])),
-        rotor_speed_rate=percent * limits.rotor_speed_rate_percent_s,
+        rotor_speed_rate=speed(limits.rotor_speed_rate_percent_s),
         twist_rate=math.radians(limits.twist_rate_deg_s),
-        rotor_speed_acceleration=None if accelerations[0] is None else percent * accelerations[0],
+        rotor_speed_acceleration=None if accelerations[0] is None else speed(accelerations[0]),
         twist_acceleration=None if accelerations[1] is None else math.radians(accelerations[1]),
         spin_down_credit=limits.spin_down_credit,
         forbidden_bands=tuple(
-            ForbiddenBand(percent * band.percent[0], percent * band.percent[1], band.crossing_s)
+            ForbiddenBand(speed(band.percent[0]), speed(band.percent[1]), band.crossing_s)
             for band in limits.forbidden_rotor_speed
         ),
         ends=limits.ends,
