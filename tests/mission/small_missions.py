@@ -55,6 +55,7 @@ def flown(*tasks: dict[str, Any], **others: Any) -> Profile:
 
 
 AROUND = {"around": "north", "speed_m_s": 40.0, "turn_radius_m": 350.0}
+FREE_SPEED = {"speed_range_m_s": [35.0, 45.0]}
 AT_EAST = {**AROUND, "around": "east"}
 # every kind of task and of pattern; the places are 12 to 20 km apart
 TOUR = (
@@ -64,7 +65,7 @@ TOUR = (
     climb(600.0),
     climb(900.0, 50.0, 4.0),
     cruise("north", 55.0),
-    {"kind": "loiter", "leg_m": 1500.0, "bearing_deg": 60.0, "duration_s": 420.0, **AROUND},
+    {"kind": "loiter", "leg_m": 1500.0, "bearing_deg": 60.0, "duration_s": 420.0, **AROUND, **FREE_SPEED},
     {"kind": "mass_change", "mass_change_kg": -50.0},
     {"kind": "loiter", "pattern": "circle", "turns": "left", "duration_s": 300.0, **AROUND},
     {"kind": "speed_change", "speed_m_s": 60.0, "acceleration_m_s2": 0.6},

@@ -15,6 +15,7 @@ from vrsopt.errors import InputError
 from vrsopt.mission.field import Altitude, Name, Table, complaint, number_or_list, true_or_false, within
 from vrsopt.mission.file_errors import Location, first_line
 from vrsopt.mission.profile import Profile
+from vrsopt.mission.ranges import free_values
 from vrsopt.mission.rest_tasks import GroundIdle, Hover, Idle
 from vrsopt.mission.route import Point
 from vrsopt.mission.task_types import TASK_TYPES, AnyTask
@@ -199,6 +200,11 @@ class Mission(Weather):
             if not isinstance(self.tasks[index], Idle | GroundIdle | Hover):
                 allowed = "allowed for the first and the last task: idle, ground_idle, hover"
                 raise complaint(f"tasks[{index}].kind", self.tasks[index].kind, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _ranges_possible(self) -> Mission:
+        free_values(self.tasks)
         return self
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, model_validator
 
 from vrsopt.mission.field import Altitude, Bearing, Name, complaint, tenths_up, within
 from vrsopt.mission.flyer import CLOSED, SWEEPS
+from vrsopt.mission.ranges import FreeTask
 from vrsopt.mission.rest_tasks import Hover
 from vrsopt.mission.route import SHORTEST
 from vrsopt.mission.speed_law import PEAK
@@ -78,11 +79,12 @@ class Descent(_Steep):
                 _end_leg(pilot)
 
 
-class Cruise(Task):
+class Cruise(FreeTask):
     """Level flight: ``to`` a place, or for ``duration_s`` or ``distance_m`` on a course.
 
     To a place it takes what climbs before and descents after it leave of the way. By time or distance, counted with
-    the change of speed at its start, it goes on straight, or on ``course_deg`` (true) after a turn.
+    the change of speed at its start, it goes on straight, or on ``course_deg`` (true) after a turn. Speed and altitude
+    may be free, see :mod:`vrsopt.mission.ranges`.
     """
 
     level_speed: ClassVar[bool] = True
@@ -93,7 +95,6 @@ class Cruise(Task):
     duration_s: Duration | None = None
     distance_m: Annotated[float, BeforeValidator(within(100.0, 500_000.0))] | None = None
     course_deg: Bearing | None = None
-    speed_m_s: Speed
 
     @model_validator(mode="after")
     def _one_end(self) -> Cruise:

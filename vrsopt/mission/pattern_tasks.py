@@ -21,6 +21,7 @@ from vrsopt.mission import pattern as patterns
 from vrsopt.mission.field import Bearing, Name, complaint, tenths_up, within
 from vrsopt.mission.join import join
 from vrsopt.mission.pattern import CORNERS, Pattern
+from vrsopt.mission.ranges import FreeTask
 from vrsopt.mission.route import Leg, Point, Pose, length_of
 from vrsopt.mission.segment import Kind
 from vrsopt.mission.tasks import Duration, Speed, Task
@@ -120,7 +121,18 @@ def _no_tighter(speed: float) -> str:
     return f"allowed: at least {tenths_up(_tightest(speed))}, a bank of {MAX_BANK_DEG:g} deg at {speed:g} m/s"
 
 
-class RaceTrack(PatternTask):
+class LoiterTask(FreeTask, PatternTask):
+    """Base of loitering, at a free speed or altitude if that is stated; the turns keep their radius."""
+
+    @model_validator(mode="after")
+    def _fastest_turns_can_be_flown(self) -> LoiterTask:
+        speeds = self.speed_range_m_s
+        if speeds is not None and self.turn_radius_m < _tightest(speeds[1]):
+            raise complaint("turn_radius_m", self.turn_radius_m, _no_tighter(speeds[1]))
+        return self
+
+
+class RaceTrack(LoiterTask):
     """Loiter on two legs of ``leg_m`` along ``bearing_deg`` (true), joined by half circles."""
 
     segment_kind: ClassVar[Kind] = "loiter"
@@ -143,7 +155,7 @@ class RaceTrack(PatternTask):
             )
 
 
-class Circle(PatternTask):
+class Circle(LoiterTask):
     """Loiter on a circle of ``turn_radius_m``."""
 
     segment_kind: ClassVar[Kind] = "loiter"
