@@ -12,9 +12,10 @@ import xarray as xr
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate.classic_netcdf import read
+from vrsopt.surrogate.digested import NO_DIGEST
 from vrsopt.surrogate.kriging import Kriging
 from vrsopt.surrogate.space import LEVEL
-from vrsopt.surrogate.store import NO_DIGEST, Surrogate, load, save
+from vrsopt.surrogate.store import Surrogate, load, save
 from vrsopt.surrogate.validation import leave_one_out
 
 SOURCE = {"model_version": "0.1.0", "data_hash": "abc", "space": "level", "method": "sobol", "samples": 80}

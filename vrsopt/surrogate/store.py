@@ -8,11 +8,7 @@ bytes of the file but its own. It tells damage, not intent: whatever is read is 
 
 from __future__ import annotations
 
-import hashlib
-import os
 import re
-import stat
-import tempfile
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
 from functools import cache
@@ -21,10 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from vrsopt.errors import InputError
-from vrsopt.surrogate import classic_netcdf
+from vrsopt.surrogate import classic_netcdf, digested
 from vrsopt.surrogate import trend as trends
 from vrsopt.surrogate.checks import BOX_TOLERANCE
 from vrsopt.surrogate.correlation import CORRELATIONS, DIFFERENTIABLE
@@ -32,14 +27,12 @@ from vrsopt.surrogate.kriging import Kriging
 from vrsopt.surrogate.state import KrigingState
 from vrsopt.surrogate.validation import Accuracy
 
-FORMAT, FORMAT_VERSION = "vrsopt surrogate", 2
+FORM = digested.Format("vrsopt surrogate", 2, "surrogate", "fit it again")
 TEXTS = ("model_version", "data_hash", "space", "method")
 SCALARS = ("smoothing", "nugget", "gradient_nugget", "variance", "mean", "scale")
 VECTORS = ("lower", "upper", "theta")
-NO_DIGEST = "0" * 64  # in place of the digest, while it is computed
 SHIPPED = {"level": "surrogate.nc", "flight": "flight_surrogate.nc"}
 DATA = Path(__file__).parents[1] / "data"
-MOST_BYTES = 64 * 2**20
 MOST_POINTS, MOST_INPUTS, MOST_OUTPUTS = 20_000, 20, 200
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}")
 
@@ -99,21 +92,7 @@ def save(path: Path | str, surrogate: Surrogate) -> None:
 
     Raises :class:`InputError` if ``path`` can not be written.
     """
-    dataset = xr.Dataset(_variables(surrogate), attrs=_attributes(surrogate) | {"digest": NO_DIGEST})
-    content = bytes(dataset.to_netcdf(None, engine="scipy", format="NETCDF3_64BIT"))
-    content = content.replace(NO_DIGEST.encode(), hashlib.sha256(content).hexdigest().encode(), 1)
-    target = Path(path)
-    try:
-        descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        try:
-            with os.fdopen(descriptor, "wb") as stream:
-                stream.write(content)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"{target}: can not be written: {error.strerror}") from None
+    digested.save(path, _variables(surrogate), _attributes(surrogate), form=FORM)
 
 
 def load(path: Path | str, *, model_version: str | None = None, data_hash: str | None = None) -> Surrogate:
@@ -124,20 +103,8 @@ def load(path: Path | str, *, model_version: str | None = None, data_hash: str |
     foreign, larger than 64 MiB, damaged or of another format version, and for one of another ``model_version`` or
     ``data_hash`` where these are given.
     """
-    content = _content(DATA / SHIPPED[path] if isinstance(path, str) and path in SHIPPED else Path(path))
-    try:
-        attributes, variables = classic_netcdf.read(content)
-    except classic_netcdf.UnreadableError as error:
-        raise InputError(f"{path}: not a surrogate, or damaged: {error}") from None
-    if str(attributes.get("format")) != FORMAT:
-        raise InputError(f"{path}: not a surrogate: no attribute format = {FORMAT!r}")
-    version = attributes.get("format_version")
-    if not isinstance(version, float) or version != FORMAT_VERSION:
-        found = f"{version:g}" if isinstance(version, float) else "unknown"
-        raise InputError(f"{path}: format version {found}: this program reads {FORMAT_VERSION}; fit it again")
-    digest = str(attributes.get("digest")).encode()
-    if hashlib.sha256(content.replace(digest, NO_DIGEST.encode(), 1)).hexdigest().encode() != digest:
-        raise InputError(f"{path}: damaged: its content does not match its digest")
+    file = DATA / SHIPPED[path] if isinstance(path, str) and path in SHIPPED else Path(path)
+    attributes, variables = digested.load(file, form=FORM, shown=str(path))
     try:
         surrogate = _surrogate(attributes, variables)
     except KeyError as error:
@@ -151,24 +118,8 @@ def load(path: Path | str, *, model_version: str | None = None, data_hash: str |
     return surrogate
 
 
-def _content(path: Path) -> bytes:
-    """The bytes of a file of bounded size; raises :class:`InputError`."""
-    try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise InputError(f"{path}: not a surrogate: not a file")
-        if found.st_size > MOST_BYTES:
-            raise InputError(f"{path}: not a surrogate: longer than {MOST_BYTES // 2**20} MiB")
-        with path.open("rb") as stream:
-            return stream.read(found.st_size)
-    except OSError as error:
-        raise InputError(f"{path}: can not be read: {error.strerror}") from None
-
-
 def _attributes(surrogate: Surrogate) -> dict[str, Any]:
     return {
-        "format": FORMAT,
-        "format_version": FORMAT_VERSION,
         **{name: getattr(surrogate, name) for name in TEXTS},
         "samples": surrogate.samples,
         "seed": str(surrogate.seed),  # the classic format has no 64-bit integers
