@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 from tests.schedule.smooth_profiles import jumping_profile
 from vrsopt.mission.profile import Profile
 from vrsopt.schedule.path_model import PathValues
+from vrsopt.schedule.path_quantities import checked_quantities
 
 GRAVITY, RADIUS, BLADE_AREA = 9.80665, 4.912, 5.305
 DISK_AREA = np.pi * RADIUS**2
@@ -64,6 +65,7 @@ class AnalyticModel:
     """The analytic helicopter along nodes, as a path model."""
 
     limit_names = ("blade loading", "engine power", "torque")
+    quantity_names = ("power_per_engine", "torque", "blade_loading", "nox", "co", "co2")
     bounds = {"mass": (1400.0, 2500.0), "rotor_speed": (33.0, 51.5), "twist": (0.1, 0.29)}
 
     def __init__(self, aircraft: Aircraft, coefficients: np.ndarray) -> None:
@@ -76,17 +78,26 @@ class AnalyticModel:
         fuel_flow, power, limits = self.aircraft.outputs(*arguments, c, np)
         return PathValues(fuel_flow, power, np.stack(limits))
 
-    def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
+    def emissions(self, fuel_flow: Any, power_per_engine: Any, rotor_speed: Any) -> dict[str, Any]:
         nox = 5e-3 * fuel_flow * (power_per_engine / 200e3)
         return {"co2": 3.1 * fuel_flow, "nox": nox, "co": 2e-2 * fuel_flow * rotor_speed / 44.4, "nox_other": 0.9 * nox}
 
     def nodes(self, index: np.ndarray) -> AnalyticModel:
         return AnalyticModel(self.aircraft, self.coefficients[:, index])
 
-    def function(self) -> tuple[ca.Function, np.ndarray]:
+    def function(self, quantities: Sequence[str] = ()) -> tuple[ca.Function, np.ndarray]:
         x, c = [ca.SX.sym(name) for name in ("mass", "omega", "twist", "rate")], ca.SX.sym("c", 5)
-        fuel_flow, _, limits = self.aircraft.outputs(*x, ca.vertsplit(c), ca)
-        return ca.Function("node", [*x, c], [fuel_flow, ca.vertcat(*limits)]), self.coefficients
+        fuel_flow, power, limits = self.aircraft.outputs(*x, ca.vertsplit(c), ca)
+        outputs = [fuel_flow, ca.vertcat(*limits)]
+        if quantities:
+            values = {
+                "power_per_engine": power,
+                "torque": 2 * power / x[1],
+                "blade_loading": self.aircraft.blade_loading_limit * (limits[0] + 1),
+                **self.emissions(fuel_flow, power, x[1]),
+            }
+            outputs.append(ca.vertcat(*(values[name] for name in checked_quantities(quantities, self.quantity_names))))
+        return ca.Function("node", [*x, c], outputs), self.coefficients
 
 
 def maker(**settings: Any) -> Callable[[Any], AnalyticModel]:

@@ -1,12 +1,13 @@
 """What a schedule needs to know of the aircraft: powers, fuel flow and limits along given nodes.
 
+The rate of the rotor speed is the one that is charged: without credit for a rotor that slows down, not below zero.
 Speed, altitude, climb angle, load factor and temperature are known at every node; mass, rotor speed, twist and the rate
 of the rotor speed are free. A surrogate, the full physics or an analytic aircraft all take this form.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -38,6 +39,11 @@ class PathModel(Protocol):
         ...
 
     @property
+    def quantity_names(self) -> tuple[str, ...]:
+        """Names of what else :meth:`function` gives."""
+        ...
+
+    @property
     def bounds(self) -> Mapping[str, tuple[Any, Any]]:
         """Lower and upper ends of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] where the model holds.
 
@@ -61,9 +67,12 @@ class PathModel(Protocol):
         """The same aircraft at the nodes ``index`` (n,) only, able to travel to another process."""
         ...
 
-    def function(self) -> tuple[Any, np.ndarray]:
+    def function(self, quantities: Sequence[str] = ()) -> tuple[Any, np.ndarray]:
         """CasADi function f(mass, rotor_speed, twist, rotor_speed_rate, c) -> (fuel_flow, limits[m]) of one node, twice
         differentiable, and the coefficients C (n_c, N): node k takes C[:, k].
+
+        With ``quantities``, some of ``quantity_names``, these are a third output, in that order; the units are those of
+        :data:`vrsopt.schedule.path_quantities.QUANTITY_NAMES`. Raises :class:`InputError` for others.
 
         With a sixth input ``centre`` (4,) f need only be exact to second order about it: value, first and second
         derivatives are taken at the first four inputs = centre, which spares differentiating what f knows better.

@@ -60,6 +60,10 @@ class Plant:
         """
         return emission_table(engine_data=self.limits.engine, isa_offset=self.isa_offset)
 
+    def emission_series(self, table: EmissionTable, altitude: Any, mach: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients of ``table`` at conditions (n,), see :meth:`EmissionTable.contract`."""
+        return table.contract(altitude, mach)
+
     def emissions(
         self, altitude: Any, mach: Any, node: Any, *, fuel_flow: Any, power: Any, rotor_speed: Any
     ) -> dict[str, np.ndarray]:
@@ -69,7 +73,7 @@ class Plant:
         Raises what :attr:`emission_table` raises.
         """
         table = self.emission_table
-        generator, indices = (series[node] for series in table.contract(altitude, mach))
+        generator, indices = (series[node] for series in self.emission_series(table, altitude, mach))
         ratio = rotor_speed / self.limits.aircraft.main_rotor.nominal_rotor_speed
         # the flow of an index is proportional to the fuel, so that all engines' fuel gives all engines' emissions
         flows = table.evaluate((generator, indices), fuel_flow, power, ratio)

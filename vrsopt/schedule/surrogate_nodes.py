@@ -3,6 +3,7 @@ CasADi expressions of the same polynomials."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,10 +15,12 @@ from vrsopt.errors import InputError
 from vrsopt.limits import LIMIT_NAMES
 from vrsopt.schedule.ground_idle import ground_idle_emissions
 from vrsopt.schedule.path_model import PathValues
+from vrsopt.schedule.path_quantities import EMITTED, QUANTITY_NAMES, checked_quantities, second_order
 from vrsopt.schedule.plant import Plant
 from vrsopt.schedule.rotor_tables import POWER_DEGREES, POWER_KEPT, TAIL_DEGREES
 from vrsopt.surrogate import chebyshev
-from vrsopt.surrogate.engine_table import SPEEDS, EngineTable
+from vrsopt.surrogate.emission_table import EmissionTable
+from vrsopt.surrogate.engine_table import SPEEDS
 
 GROUND_IDLE, FLAT_PITCH, FLYING = 0.0, 1.0, 2.0  # kinds of condition
 
@@ -41,6 +44,7 @@ class SurrogatePath:
     burned: np.ndarray = field(repr=False)
 
     limit_names = LIMIT_NAMES
+    quantity_names = QUANTITY_NAMES
 
     @property
     def bounds(self) -> dict[str, tuple[Any, Any]]:
@@ -111,7 +115,7 @@ class SurrogatePath:
 
     def emissions(self, fuel_flow: np.ndarray, power_per_engine: np.ndarray, rotor_speed: Any) -> dict[str, np.ndarray]:
         """Emissions of all engines [kg/s] by name, each (N, k); see the protocol."""
-        speed, altitude, kind = self.flight[:3]
+        speed, altitude = self.flight[:2]
         flows = self.plant.emissions(
             altitude,
             self.plant.mach(speed, altitude),
@@ -120,21 +124,26 @@ class SurrogatePath:
             power=power_per_engine,
             rotor_speed=rotor_speed,
         )
-        for k in np.flatnonzero(kind == GROUND_IDLE):
-            place = {"altitude": float(altitude[k]), "isa_offset": self.plant.isa_offset}
+        for k, indices in self._ground_idle_indices():
             here = self.condition == k
-            for name, index in ground_idle_emissions(self.plant.limits.engine, **place).items():
+            for name, index in indices.items():
                 flows[name][here] = index * fuel_flow[here]
         return flows
 
-    def function(self) -> tuple[ca.Function, np.ndarray]:
-        """One node as an SX function, exact to second order about its last input, and the coefficients (n_c, N)."""
+    def function(self, quantities: Sequence[str] = ()) -> tuple[ca.Function, np.ndarray]:
+        """One node as an SX function, exact to second order about its last input, and the coefficients (n_c, N).
+
+        With ``quantities``, some of ``quantity_names``, these follow as a third output. Emissions need the emission
+        table, and raise what making that raises.
+        """
+        wanted = checked_quantities(quantities, self.quantity_names)
         W, Omega, tw, rate = (ca.SX.sym(name) for name in ("mass", "rotor_speed", "twist", "rotor_speed_rate"))
         centre = ca.SX.sym("centre", 4)
-        blocks = self._blocks()
+        table, burned = self._emission_blocks(wanted)
+        blocks = (*self._blocks(), *burned)
         c = ca.SX.sym("c", sum(len(block) for block in blocks))
-        power_c, tail_c, engine_c, node = ca.vertsplit(c, np.cumsum([0, *map(len, blocks)]).tolist())
-        load_factor, speed, density, flying, faster, heavier, running, fuel_of_idle = ca.vertsplit(node)
+        power_c, tail_c, engine_c, node, *emission_c = ca.vertsplit(c, np.cumsum([0, *map(len, blocks)]).tolist())
+        load_factor, speed, density, flying, faster, heavier, running, idle_power, idle_fuel = ca.vertsplit(node)
         lower, upper = self.plant.lower.tolist(), self.plant.upper.tolist()
         middle = 0.5 * (lower[0] + upper[0])  # on the ground the power is a constant: any mass will do
         point, about = (
@@ -147,21 +156,49 @@ class SurrogatePath:
         tail_loading = chebyshev.quadratic(tail_c, point, about, TAIL_DEGREES, lower=lower, upper=upper)
         power = self.plant.engine_power(rotor_power, Omega, rate)
         power_about = ca.substitute(power, ca.vertcat(W, Omega, tw, rate), centre)
-        fuel, temperature = _engine_about(
-            self.plant.table, engine_c, (power, Omega / self._nominal), (power_about, centre[1] / self._nominal)
-        )
-        usages = self.plant.usages(
-            W * load_factor,
-            Omega,
-            speed=speed,
-            density=density,
-            power=power,
-            temperature=temperature,
-            tail_loading=tail_loading,
-        )
+        x = ca.SX.sym("x", 2)  # power and speed of the power turbine
+        at = (power, Omega / self._nominal), (power_about, centre[1] / self._nominal)
+        fuel, temperature = second_order(self.plant.table.function.call([x[0], x[1], engine_c]), x, *at)
+        flown = {"speed": speed, "density": density, "power": power, "temperature": temperature}
+        usages = self.plant.usages(W * load_factor, Omega, tail_loading=tail_loading, **flown)
         limits = flying * ca.vertcat(*usages) - 1.0
-        outputs = [self._engines * (running * fuel + fuel_of_idle), limits]
+        outputs = [self._engines * (running * fuel + idle_fuel), limits]
+        if wanted:
+            shaft = running * power + idle_power
+            values = {
+                "power_per_engine": shaft,
+                "rotor_power": rotor_power,
+                "torque": self._engines * shaft / Omega,
+                "turbine_temperature": temperature,
+                "blade_loading": flying * self.plant.limits.blade_loading(W * load_factor, density, Omega, speed)[0],
+            }
+            if table:
+                index = ca.vertsplit(table.function(1.0, x[0], x[1], emission_c[0]))
+                flows = running * fuel * ca.vertcat(*second_order(index, x, *at)) + idle_fuel * emission_c[1]
+                values |= dict(zip(table.names, ca.vertsplit(self._engines * flows), strict=True))
+            outputs.append(ca.vertcat(*(values[name] for name in wanted)))
         return ca.Function("node", [W, Omega, tw, rate, c, centre], outputs), np.concatenate(blocks)
+
+    def _emission_blocks(self, wanted: Sequence[str]) -> tuple[EmissionTable | None, tuple[np.ndarray, ...]]:
+        """The table of the emissions among ``wanted``, and coefficients of the nodes, each (n, N): those of the table,
+        and the indices [kg/kg] at ground idle; nothing if none of them is wanted."""
+        names = tuple(name for name in EMITTED if name in wanted)
+        if not names:
+            return None, ()
+        table = self.plant.emission_table.only(names)
+        speed, altitude, kind = self.flight[:3]
+        series = self.plant.emission_series(table, altitude, self.plant.mach(speed, altitude))
+        indices = np.zeros((len(names), len(kind)))
+        for k, known in self._ground_idle_indices():
+            indices[:, k] = [known[name] for name in names]
+        both = np.concatenate([part.reshape(len(kind), -1) for part in series], axis=1)
+        return table, (both[self.condition].T, indices[:, self.condition])
+
+    def _ground_idle_indices(self) -> Iterator[tuple[int, Mapping[str, float]]]:
+        """Each condition at ground idle, and its emission indices [kg/kg] by name."""
+        for k in np.flatnonzero(self.flight[2] == GROUND_IDLE):
+            place = {"altitude": float(self.flight[1, k]), "isa_offset": self.plant.isa_offset}
+            yield int(k), ground_idle_emissions(self.plant.limits.engine, **place)
 
     def _blocks(self) -> tuple[np.ndarray, ...]:
         """Coefficients of the nodes, each (n, N): rotor power, tail loading, engine, flight condition."""
@@ -170,8 +207,8 @@ class SurrogatePath:
         tables = (self.power_series, self.tail_series, self.engine_series)
         columns = [table.reshape(len(table), -1)[self.condition].T for table in tables]
         flying, running = (kind == FLYING).astype(float), (kind != GROUND_IDLE).astype(float)
-        idle = self.burned[1][self.condition]
-        return (*columns, np.stack([self.load_factor, speed, density, flying, faster, heavier, running, idle]))
+        idle = self.burned[:, self.condition]
+        return (*columns, np.stack([self.load_factor, speed, density, flying, faster, heavier, running, *idle]))
 
     @property
     def _nominal(self) -> float:
@@ -180,18 +217,6 @@ class SurrogatePath:
     @property
     def _engines(self) -> int:
         return self.plant.limits.aircraft.transmission.engines
-
-
-def _engine_about(table: EngineTable, c: Any, point: tuple[Any, Any], centre: tuple[Any, Any]) -> list[Any]:
-    """Fuel flow and temperature of one engine at power and speed ``point``, to second order about ``centre``."""
-    x = ca.SX.sym("x", 2)
-    about, away = ca.vertcat(*centre), ca.vertcat(*point) - ca.vertcat(*centre)
-    results = []
-    for value in table.function(x[0], x[1], c):
-        hessian, gradient = ca.hessian(value, x)
-        value, gradient, hessian = ca.substitute([value, gradient, hessian], [x], [about])
-        results.append(value + ca.dot(gradient, away) + 0.5 * ca.bilin(hessian, away, away))
-    return results
 
 
 def _check_inside(points: np.ndarray, lower: np.ndarray, upper: np.ndarray, scales: np.ndarray) -> None:

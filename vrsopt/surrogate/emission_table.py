@@ -10,7 +10,7 @@ shipped one. The air is dry, as the standard atmosphere's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -54,6 +54,12 @@ class EmissionTable:
     speed_range: tuple[float, float]
     coefficients: Array = field(repr=False)
     error: Mapping[str, float]
+
+    def only(self, names: Sequence[str]) -> EmissionTable:
+        """The same table of some of its ``names``, in the order given."""
+        rows = [self.names.index(name) for name in names]
+        error = {name: self.error[name] for name in names}
+        return replace(self, names=tuple(names), coefficients=self.coefficients[rows], error=error)
 
     def contract(self, altitude: Array, mach: Array) -> tuple[Array, Array]:
         """Coefficients at the nodes, altitude [m] and Mach number (N,): those of the gas generator's speed
