@@ -100,7 +100,7 @@ def test_without_rates_and_inertia_the_trajectory_is_the_pointwise_optimum():
     settings = replace(schedule_settings(mission, machine), rotor_speed_rate=None, twist_rate=None)
     limits = solve_limits(mission)
     make = SurrogateAircraft(_surrogate(), limits, kinetic_energy=False)
-    trajectory = TrajectoryProblem(profile, make, settings=settings, ends="free").solve(1855.0)
+    trajectory = TrajectoryProblem(profile, make, settings=replace(settings, ends="free")).solve(1855.0)
     assert trajectory.success
     pointwise = pointwise_schedule(profile, make, takeoff_mass=1855.0, settings=settings, method="batched")
     grid = FlightGrid(profile, make)

@@ -9,11 +9,11 @@ from vrsopt.errors import InputError
 from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.mission.conditions import Conditions
+from vrsopt.schedule.nlp import node_functions
 from vrsopt.schedule.plant import TAIL_MARGIN
 from vrsopt.schedule.rotor_tables import POWER_DEGREES
 from vrsopt.schedule.similarity import standard_day
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
-from vrsopt.schedule.transcription import node_functions
 from vrsopt.surrogate import chebyshev, store
 from vrsopt.surrogate.export import path_predict
 from vrsopt.turboshaft.performance import engine as run_engine

@@ -8,7 +8,7 @@ import pytest
 
 from vrsopt.errors import InputError
 from vrsopt.mission.profile import Profile
-from vrsopt.schedule.additions import Additions
+from vrsopt.schedule.additions import Additions, Constraint, quantities
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mesh import MeshOptions
 from vrsopt.schedule.pointwise import pointwise_schedule
@@ -19,16 +19,18 @@ from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.solvers.status import Status
 
 SETTINGS = ScheduleSettings()
+FREE_ENDS = ScheduleSettings(ends="free")
 FREE_RATES = ScheduleSettings(rotor_speed_rate=None, twist_rate=None)
 
 
 def test_derivatives_of_the_nlp_are_those_of_automatic_differentiation(transport, make_model):
     problem = TrajectoryProblem(transport, make_model(), mesh=MeshOptions(most_intervals=30))
-    nlp = problem._nlp
+    nlp = problem.nlp
     rng = np.random.default_rng(5)
-    lower, upper = problem._bounds(2150.0)
+    bounds = problem.bounds(2150.0)
+    lower, upper = bounds.lbx, bounds.ubx
     x = np.clip(rng.normal(0.9, 0.05, len(lower)), lower, np.maximum(upper, lower))
-    p = np.concatenate([[2150.0, 1.0], problem._coefficients])
+    p = problem.parameters(2150.0)
     f, g = nlp.problem["f"], nlp.problem["g"]
     lam_g = rng.normal(size=g.numel())
     symbols = nlp.problem["x"], nlp.problem["p"]
@@ -64,7 +66,7 @@ def test_without_rates_and_inertia_it_is_the_pointwise_optimum(transport, make_m
     pointwise = grid.fly(
         pointwise_schedule(transport, model, takeoff_mass=2150.0, method="batched"), takeoff_mass=2150.0
     )
-    solution = TrajectoryProblem(transport, model, settings=FREE_RATES, ends="free").solve(2150.0)
+    solution = TrajectoryProblem(transport, model, settings=replace(FREE_RATES, ends="free")).solve(2150.0)
     flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
     assert solution.success and flight.success, flight.message
     assert flight.fuel == pytest.approx(pointwise.fuel, rel=5e-4)
@@ -113,20 +115,20 @@ def test_mass_events_conserve_mass(search, solved):
 def test_costate_of_mass_is_the_fuel_that_a_kilogram_costs(solved):
     problem, start, solution = solved
     heavier = problem.solve(2151.0, start)
-    assert solution.mass_costate[0] == pytest.approx(heavier.fuel - solution.fuel, rel=0.02)
-    assert solution.mass_costate[-1] == pytest.approx(0.0, abs=1e-6)
+    assert solution.costates["mass"][0] == pytest.approx(heavier.fuel - solution.fuel, rel=0.02)
+    assert solution.costates["mass"][-1] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_multipliers_are_positive_only_where_a_limit_is_active(search, make_model, solved):
     _, _, solution = solved
     grid = FlightGrid(search, make_model())
     flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
-    active = solution.limit_multipliers["blade loading"] > 1e-6
+    active = solution.limit_multipliers["blade loading"] > 1e-4
     assert 0.3 < solution.mesh.step[active].sum() / search.duration < 1.0
     for begin, end in zip(solution.mesh.start[active], solution.mesh.end[active], strict=True):
         during = (flight.time > begin - 1.0) & (flight.time < end + 1.0)
         assert flight.limits[0, during].max() > -5e-3
-    assert np.all(solution.limit_multipliers["torque"] < 1e-4)
+    assert np.all(solution.limit_multipliers["torque"] < 1e-2)
 
 
 def test_one_variable_alone_saves_less_than_both(transport, make_model):
@@ -144,7 +146,8 @@ def test_periodic_ends_meet_and_need_no_more_fuel_than_pinned_ones(make_profile,
         {"task": "cruise", "duration": 200.0, "speed": 50.0}, {"task": "loiter", "duration": 200.0, "speed": 30.0}
     )
     pinned, periodic, free = (
-        TrajectoryProblem(profile, make_model(), ends=ends).solve(2000.0) for ends in ("pinned", "periodic", "free")
+        TrajectoryProblem(profile, make_model(), settings=replace(SETTINGS, ends=ends)).solve(2000.0)
+        for ends in ("pinned", "periodic", "free")
     )
     for values in (periodic.schedule.rotor_speed, periodic.schedule.twist):
         assert values[0] == pytest.approx(values[-1], rel=1e-9)
@@ -172,8 +175,6 @@ def test_take_off_mass_outside_the_model_is_refused(transport, make_model):
     problem = TrajectoryProblem(transport, make_model())
     with pytest.raises(InputError, match="takeoff_mass = 2600 kg: must be 1400 to 2500 kg"):
         problem.solve(2600.0)
-    with pytest.raises(InputError, match="ends = open"):
-        TrajectoryProblem(transport, make_model(), ends="open")
 
 
 def test_mesh_error_adds_up_to_the_difference_in_fuel_and_falls_on_a_finer_mesh(transport, make_model):
@@ -190,20 +191,21 @@ def test_mesh_error_adds_up_to_the_difference_in_fuel_and_falls_on_a_finer_mesh(
 
 
 def test_an_added_limit_is_kept_and_named(transport, make_model):
-    quiet = Additions(limits={"tip speed": lambda q: q["rotor_speed"] / 41.0 - 1.0})
+    speed = quantities()["rotor_speed"]
+    quiet = Additions((Constraint("tip speed", speed, upper=41.0, unit="rad/s"),))
     model = make_model(blade_loading_limit=0.2)
     solution = TrajectoryProblem(transport, model, additions=quiet).solve(2000.0)
     assert not solution.success and "tip speed" in solution.message  # the first hover begins with the nominal of idle
     profile = build(transport, start=2, stop=5)
     limit = 0.86 * SETTINGS.nominal_rotor_speed
-    capped = Additions(limits={"tip speed": lambda q: limit / q["rotor_speed"] - 1.0})
+    capped = Additions((Constraint("tip speed", speed, lower=limit, unit="rad/s"),))
     plain, added = (
-        TrajectoryProblem(profile, make_model(), additions=additions, ends="free").solve(2000.0)
+        TrajectoryProblem(profile, make_model(), additions=additions, settings=FREE_ENDS).solve(2000.0)
         for additions in (None, capped)
     )
     assert plain.schedule.rotor_speed.min() < limit * 0.99
     assert added.success and added.schedule.rotor_speed.min() == pytest.approx(limit, rel=1e-4)
-    assert added.limit_multipliers["tip speed"].max() > 1e-5
+    assert added.limit_multipliers["tip speed"].min() < -1e-3
 
 
 def build(profile, *, start, stop):
@@ -214,10 +216,11 @@ def build(profile, *, start, stop):
 
 def test_a_cost_of_ones_own_replaces_the_fuel(transport, make_model):
     profile = build(transport, start=2, stop=5)
-    same = Additions(cost=lambda q: 7e5 * q["fuel_flow"])
-    fast = Additions(cost=lambda q: (q["rotor_speed"] - 43.0) ** 2 + 100.0 * (q["twist"] - 0.15) ** 2)
+    q = quantities()
+    same = Additions(cost={"fuel": 7e5})
+    fast = Additions(cost=(q["rotor_speed"] - 43.0) ** 2 + 100.0 * (q["twist"] - 0.15) ** 2)
     plain, scaled, tracking = (
-        TrajectoryProblem(profile, make_model(), additions=additions, ends="free").solve(2000.0)
+        TrajectoryProblem(profile, make_model(), additions=additions, settings=FREE_ENDS).solve(2000.0)
         for additions in (None, same, fast)
     )
     assert scaled.success and tracking.success
@@ -226,14 +229,23 @@ def test_a_cost_of_ones_own_replaces_the_fuel(transport, make_model):
     assert tracking.fuel > plain.fuel * 1.01
 
 
-@pytest.mark.parametrize(
-    ("additions", "message"),
-    [
-        (Additions(cost=lambda q: q["nox_flow"]), "cost = 'nox_flow': quantities are mass"),
-        (Additions(limits={"torque": lambda q: q["mass"]}), "already has limits"),
-        (Additions(limits={"pair": lambda q: ca.vertcat(q["mass"], q["twist"])}), "must be a single value"),
-    ],
-)
-def test_additions_that_can_not_be_used_are_refused(transport, make_model, additions, message):
-    with pytest.raises(InputError, match=message):
-        TrajectoryProblem(transport, make_model(), additions=additions)
+def test_additions_that_can_not_be_used_are_refused(transport, make_model):
+    q = quantities()
+
+    def build_with(**additions):
+        return TrajectoryProblem(transport, make_model(), additions=Additions(**additions))
+
+    with pytest.raises(InputError, match="quantities: 'nox_flow': must be one of mass"):
+        q["nox_flow"]
+    with pytest.raises(InputError, match="torque: the aircraft already has a limit"):
+        build_with(constraints=(Constraint("torque", q["mass"], upper=1.0),))
+    with pytest.raises(InputError, match="must be a single value"):
+        build_with(constraints=(Constraint("pair", ca.vertcat(q["mass"], q["twist"]), upper=1.0),))
+    with pytest.raises(InputError, match="turbine temperature: the aircraft's model does not offer it"):
+        build_with(cost=q["turbine temperature"])
+    with pytest.raises(InputError, match="lower and upper = None"):
+        Constraint("open", q["mass"])
+    with pytest.raises(InputError, match="expression of mass: must be of the symbols"):
+        build_with(cost=ca.SX.sym("mass"))
+    with pytest.raises(InputError, match="weights must be of fuel, nox"):
+        build_with(cost={"soot": 1.0})

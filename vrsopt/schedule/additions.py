@@ -1,80 +1,183 @@
-"""Limits and costs of a user's own in the whole-mission problem, as CasADi expressions of named quantities."""
+"""Constraints and costs of a user's own in the whole-mission problem, as CasADi expressions of named quantities."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.limits import LIMIT_NAMES
+from vrsopt.schedule.path_model import PathModel
+from vrsopt.schedule.path_quantities import QUANTITY_NAMES
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Conditions
 
-Expression: TypeAlias = Callable[[Mapping[str, Any]], Any]
-
 STATES = ("mass", "rotor_speed", "twist", "rotor_speed_rate")
 CONDITIONS = ("time", "speed", "altitude", "climb_angle", "equivalent_climb_angle", "load_factor")
+WEIGHTED = {"fuel": "fuel_flow", "nox": "nox", "co": "co", "co2": "co2"}  # what a cost may weigh, and its flow
+
+
+class Quantities(Mapping[str, Any]):
+    """Named quantities of a node as CasADi symbols, in SI units."""
+
+    def __init__(self) -> None:
+        names = (*STATES, *CONDITIONS, "fuel_flow", *LIMIT_NAMES, *QUANTITY_NAMES)
+        self._symbols = {name: ca.SX.sym(name) for name in names}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._symbols:
+            raise InputError(f"quantities: {name!r}: must be one of {', '.join(self._symbols)}")
+        return self._symbols[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._symbols)
+
+    def __len__(self) -> int:
+        return len(self._symbols)
+
+
+@cache
+def quantities() -> Quantities:
+    """What expressions are made of, the same symbols in the whole process.
+
+    States ``mass`` [kg], ``rotor_speed`` [rad/s], ``twist`` [rad], ``rotor_speed_rate`` [rad/s2] as it is charged to
+    the engines; conditions ``time`` [s], ``speed`` [m/s], ``altitude`` [m], ``climb_angle``, ``equivalent_climb_angle``
+    [rad], ``load_factor``; ``fuel_flow`` [kg/s]; by the names of the aircraft's limits their usages minus one; where
+    the path model offers them ``power_per_engine``, ``rotor_power`` [W], ``torque`` [N m], ``turbine_temperature`` [K],
+    ``blade_loading`` and the emissions ``nox``, ``co``, ``co2`` [kg/s].
+    """
+    return Quantities()
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``lower`` <= ``expression`` <= ``upper``, in ``unit``; None leaves a side open.
+
+    ``expression`` is made of :func:`quantities`; ``tasks`` are those during which it holds, None for the whole flight
+    (on the ground nothing is free). As an integral it is per second, and the bounds are those of its integral over the
+    whole mission or these tasks.
+    """
+
+    name: str
+    expression: Any
+    lower: float | None = None
+    upper: float | None = None
+    unit: str = "-"
+    tasks: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.lower is None and self.upper is None:
+            raise InputError(f"constraint {self.name}: lower and upper = None: must have one of them")
+        if self.lower is not None and self.upper is not None and self.lower > self.upper:
+            raise InputError(f"constraint {self.name}: lower = {self.lower:g}: must not be above {self.upper:g}")
+
+    @property
+    def scale(self) -> float:
+        """What brings the expression to order one."""
+        return max((abs(bound) for bound in (self.lower, self.upper) if bound), default=1.0)
 
 
 @dataclass(frozen=True)
 class Additions:
-    """Functions of a mapping of named quantities, in SI units, each returning a CasADi expression.
+    """``constraints`` along the flight, ``integrals`` over it, and a ``cost`` in place of the fuel.
 
-    The names are ``mass``, ``rotor_speed``, ``twist``, ``rotor_speed_rate``, ``fuel_flow``, ``time``, ``speed``,
-    ``altitude``, ``climb_angle``, ``equivalent_climb_angle``, ``load_factor`` and those of the aircraft's limits.
-    ``limits``: name -> expression that must not be above zero in flight, of order one.
-    ``cost``: expression per second whose integral is minimised in place of the fuel.
+    ``cost``: an expression per second whose integral is minimised, or weights of ``fuel``, ``nox``, ``co`` and ``co2``.
     """
 
-    limits: Mapping[str, Expression] = field(default_factory=dict)
-    cost: Expression | None = None
+    constraints: tuple[Constraint, ...] = ()
+    cost: Any = None
+    integrals: tuple[Constraint, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = self.names
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"additions: {name}: two constraints of this name")
+            if name in LIMIT_NAMES:
+                raise InputError(f"additions: {name}: the aircraft already has a limit of this name")
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all constraints."""
+        return [constraint.name for constraint in (*self.constraints, *self.integrals)]
+
+    def cost_expression(self) -> Any | None:
+        """The cost as an expression per second; None for the fuel itself."""
+        if not isinstance(self.cost, Mapping):
+            return self.cost
+        unknown = sorted(set(self.cost) - set(WEIGHTED))
+        if unknown or not self.cost:
+            raise InputError(f"additions: cost = {unknown}: weights must be of {', '.join(WEIGHTED)}")
+        return sum(weight * quantities()[WEIGHTED[name]] for name, weight in self.cost.items())
 
 
-def extended(
-    function: ca.Function,
-    coefficients: np.ndarray,
-    *,
-    limit_names: tuple[str, ...],
-    conditions: Conditions,
-    additions: Additions,
-) -> tuple[ca.Function, np.ndarray]:
-    """Node function with the added limits behind its own, the cost as a third output (absent if there is none), and its
-    coefficients (n_c, N).
+@dataclass(frozen=True)
+class Extended:
+    """Node function with one output (fuel flow, limits, constraints, integrands, cost if there is one), all but the
+    first of order one, and its coefficients: the model's own (n_c, P), then the conditions."""
 
-    Raises InputError for a quantity that does not exist or an expression that is not a single value.
+    function: ca.Function
+    coefficients: np.ndarray
+    conditions: np.ndarray = field(repr=False)
+
+    def with_own(self, coefficients: np.ndarray | None) -> np.ndarray:
+        """All coefficients with ``coefficients`` in place of the model's own."""
+        own = self.coefficients if coefficients is None else np.asarray(coefficients, dtype=float)
+        if own.shape != self.coefficients.shape:
+            raise InputError(f"trajectory: coefficients: shape {own.shape}: must be {self.coefficients.shape}")
+        return np.vstack([own, self.conditions])
+
+
+def extended(model: PathModel, conditions: Conditions, additions: Additions) -> Extended:
+    """Node function of a path model with ``additions`` behind its own outputs.
+
+    Raises InputError for a quantity that the model does not offer or an expression that is not a single value.
     """
-    taken = set(limit_names) & set(additions.limits)
-    if taken:
-        raise InputError(f"additions: limits = {sorted(taken)}: the aircraft already has limits of these names")
+    cost = additions.cost_expression()
+    parts = {c.name: c.expression / c.scale for c in (*additions.constraints, *additions.integrals)}
+    parts |= {} if cost is None else {"cost": cost}
+    used = [symbol.name() for name, part in parts.items() for symbol in _symbols(name, part)]
+    wanted = [name for name in QUANTITY_NAMES if name in used]
+    offered = model.quantity_names
+    missing = sorted(set(wanted) - set(offered) | (set(used) & set(LIMIT_NAMES)) - set(model.limit_names))
+    if missing:
+        raise InputError(f"additions: {', '.join(missing)}: the aircraft's model does not offer it")
+    function, coefficients = model.function(wanted) if wanted else model.function()
     states = [ca.SX.sym(name) for name in STATES]
     own = ca.SX.sym("c", coefficients.shape[0])
     known = ca.SX.sym("conditions", len(CONDITIONS))
     centre = [ca.SX.sym("centre", len(STATES))] * (function.n_in() - len(STATES) - 1)  # if the function has one
-    fuel_flow, limits = function(*states, own, *centre)
-    quantities = {
+    fuel_flow, limits, *others = function(*states, own, *centre)
+    values = {
         **dict(zip(STATES, states, strict=True)),
         **dict(zip(CONDITIONS, ca.vertsplit(known), strict=True)),
-        **dict(zip(limit_names, ca.vertsplit(limits), strict=True)),
+        **dict(zip(model.limit_names, ca.vertsplit(limits), strict=True)),
+        **dict(zip(wanted, ca.vertsplit(ca.vertcat(*others)), strict=True)),
         "fuel_flow": fuel_flow,
     }
-    added = [_value(name, expression, quantities) for name, expression in additions.limits.items()]
-    outputs = [fuel_flow, ca.vertcat(limits, *added)]
-    if additions.cost is not None:
-        outputs.append(_value("cost", additions.cost, quantities))
-    rows = np.array([np.asarray(getattr(conditions, name), dtype=float) for name in CONDITIONS])
+    names = [name for name in dict.fromkeys(used)]
+    given, meant = [quantities()[name] for name in names], [values[name] for name in names]
+    added = ca.substitute(list(parts.values()), given, meant) if names else list(parts.values())
     inputs = [*states, ca.vertcat(own, known), *centre]
-    return ca.Function("node", inputs, outputs), np.vstack([coefficients, rows])
+    rows = np.array([np.asarray(getattr(conditions, name), dtype=float) for name in CONDITIONS])
+    return Extended(ca.Function("node", inputs, [ca.vertcat(fuel_flow, limits, *added)]), coefficients, rows)
 
 
-def _value(name: str, expression: Expression, quantities: Mapping[str, Any]) -> ca.SX:
-    try:
-        value = ca.SX(expression(quantities))
-    except KeyError as error:
-        raise InputError(f"additions: {name} = {error.args[0]!r}: quantities are {', '.join(quantities)}") from None
+def _symbols(name: str, expression: Any) -> list[Any]:
+    """Quantities in an expression; raises InputError for other symbols or other shapes."""
+    value = ca.SX(expression)
     if value.numel() != 1:
         raise InputError(f"additions: {name} = expression of shape {value.shape}: must be a single value")
-    return value
+    symbols = ca.symvar(value)
+    for symbol in symbols:
+        if symbol.name() not in quantities() or not ca.is_equal(symbol, quantities()[symbol.name()]):
+            raise InputError(
+                f"additions: {name} = expression of {symbol.name()}: must be of the symbols of quantities()"
+            )
+    return list(symbols)

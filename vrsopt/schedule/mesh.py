@@ -66,6 +66,11 @@ class Mesh:
     def __len__(self) -> int:
         return len(self.step)
 
+    def equals(self, other: Mesh) -> bool:
+        """Whether both have the same intervals."""
+        pairs = (self.segment, other.segment), (self.start, other.start), (self.step, other.step)
+        return all(np.array_equal(one, two) for one, two in pairs)
+
     def split(self, interval: np.ndarray, time: np.ndarray) -> Mesh:
         """The same mesh with one more edge at ``time`` (n,) [s] inside each of the intervals ``interval`` (n,)."""
         end = self.end

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vrsopt.schedule.refly import Flight
-from vrsopt.schedule.trajectory import Trajectory
+from vrsopt.schedule.trajectory_solution import Trajectory
 
 
 def resimulation_error(trajectory: Trajectory, flight: Flight) -> float:

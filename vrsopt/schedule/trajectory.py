@@ -1,6 +1,8 @@
 """The schedule of least fuel over the whole mission: one direct-collocation NLP with bounded rates.
 
-The transcription is in :mod:`vrsopt.schedule.transcription`; here are the bounds, the start, the solve and the verdict.
+Built once and solved again and again: take-off mass, rates, accelerations, bounds, limits and ends are bounds and
+parameters of the NLP. The transcription is in :mod:`vrsopt.schedule.transcription`, the rows in
+:mod:`vrsopt.schedule.rows`, the bounds in :mod:`vrsopt.schedule.bounds`.
 The fuel it reports is the NLP's own; fuel that is compared comes from flying the schedule on the fine grid.
 """
 
@@ -8,39 +10,56 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-from scipy import sparse
 
-from vrsopt.errors import InputError
+from vrsopt.schedule import solution as results
 from vrsopt.schedule import transcription as tr
 from vrsopt.schedule.additions import Additions, extended
-from vrsopt.schedule.batched import batched_minimum
+from vrsopt.schedule.bounds import Bounds, Box, Corridor, LimitBounds, check_structure, row_bounds, unknown_bounds
+from vrsopt.schedule.labels import column_labels
+from vrsopt.schedule.layout import FUEL_SCALE, make_layout
 from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
+from vrsopt.schedule.nlp import Maps, assemble, node_functions
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.path_model import PathModelFactory
-from vrsopt.schedule.refly import Violation
-from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
-from vrsopt.schedule.trajectory_solution import Trajectory
+from vrsopt.schedule.quadrature_error import FinerQuadrature
+from vrsopt.schedule.rows import Discretisation, Rows, make_rows
+from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+from vrsopt.schedule.start import start_on
+from vrsopt.schedule.trajectory_solution import Arc, Trajectory
+from vrsopt.schedule.transcription import Transcription
+from vrsopt.schedule.verdict import ACCEPTED_RESIDUAL, hopeless_place, what_is_broken
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
 from vrsopt.solvers.status import Status
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
 
-Ends = Literal["pinned", "free", "periodic"]
-TOLERANCE = 1e-7
-MAX_ITERATIONS = 300
-ACCEPTED_RESIDUAL = 1e-6  # largest scaled defect or limit of a solution that counts
-__all__ = ["Trajectory", "TrajectoryProblem"]
-DEFECTS = ("fuel burned", "fuel burned at midpoints", "rotor speed rate", "twist rate")
+OPTIONS = {"tol": 1e-7, "acceptable_iter": 0, "nlp_scaling_method": "none", "max_iter": 300}
+COLD = {"mu_init": 1e-2}  # a tenth of IPOPT's own: the unknowns are of order one, the objective per interval is not
+WARM = {
+    "mu_init": 1e-6,
+    "warm_start_init_point": "yes",
+    "warm_start_bound_push": 1e-8,
+    "warm_start_bound_frac": 1e-8,
+    "warm_start_slack_bound_push": 1e-8,
+    "warm_start_slack_bound_frac": 1e-8,
+    "warm_start_mult_bound_push": 1e-8,
+}
+__all__ = ["Arc", "Corridor", "Trajectory", "TrajectoryProblem"]
 
 
 class TrajectoryProblem:
-    """The NLP of a mission: built once, solved for any take-off mass."""
+    """The NLP of a mission: built once, solved for any take-off mass, rates, bounds and limits.
+
+    ``points``: pairs of segment and time at which the aircraft ``model`` is evaluated; ``nodes``: those of a schedule;
+    ``rows`` and ``columns``: labels of g and x; ``nlp``: its functions.
+    """
 
     def __init__(
         self,
@@ -49,241 +68,228 @@ class TrajectoryProblem:
         *,
         settings: ScheduleSettings | None = None,
         mesh: MeshOptions | Mesh | None = None,
-        ends: Ends = "pinned",
+        transcription: Transcription = "hermite_simpson",
+        shared: bool = True,
         additions: Additions | None = None,
         regularisation: float = 1e-6,
         ipopt: Mapping[str, Any] | None = None,
     ) -> None:
-        """``ends``: rotor speed and twist nominal at both ends of the mission, free, or equal to each other.
+        """A rate of ``None`` in ``settings`` lets the variable jump between segments. In idle both are nominal.
 
-        In idle they are nominal. A rate of ``None`` in ``settings`` lets the variable jump between segments.
-        ``additions`` are limits and a cost of one's own. ``regularisation`` is the weight, on fuel in units of 100 kg,
-        of the mean square of the rates over their limits. ``ipopt`` are options by IPOPT's own names.
+        ``shared``: the aircraft is evaluated once where two intervals meet, else for each, as a point of its own.
+        ``additions`` are constraints and a cost of one's own. ``regularisation`` is the weight, on fuel in units of 100
+        kg, of the mean square of the rates over their limits. ``ipopt`` are options by IPOPT's own names.
         """
         begin = clock.perf_counter()
-        if ends not in ("pinned", "free", "periodic"):
-            raise InputError(f"trajectory: ends = {ends}: must be pinned, free or periodic")
-        self.profile, self.settings, self.ends = profile, settings or ScheduleSettings(), ends
+        self.profile, self.settings, self.transcription = profile, settings or ScheduleSettings(), transcription
+        self.additions, self._make = additions or Additions(), make_path_model
         self.mesh = mesh if isinstance(mesh, Mesh) else make_mesh(profile, mesh, settings=self.settings)
-        self._points = tr.make_points(self.mesh)
-        self._mass_added = np.cumsum(profile.mass_changes)[self.mesh.segment]
-        conditions = profile.conditions(self._points.segment, self._points.time)
-        self._idle = np.asarray(conditions.idle)[self._points.of_interval[:, 1]]
+        method = tr.method_of(transcription)
+        self.nodes, self._at = tr.make_nodes(self.mesh)
+        places = tr.make_places(self.mesh, method, shared=shared)
+        self.points = places.points
+        conditions = profile.conditions(self.points.segment, self.points.time)
         self.model = make_path_model(conditions)
-        self._box = self.settings.box(self.model.bounds)
-        self._layout = tr.make_layout(self.mesh, self.settings, box=self._box, periodic=ends == "periodic")
-        additions = additions or Additions()
-        self._limit_names = (*self.model.limit_names, *additions.limits)
-        function, coefficients = extended(
-            *self.model.function(), limit_names=self.model.limit_names, conditions=conditions, additions=additions
+        self._extended = extended(self.model, conditions, self.additions)
+        kinds, counts = np.unique(places.rates, return_counts=True)
+        nodes = [node_functions(self._extended.function, rates) for rates in kinds.tolist()]
+        self.evaluations = places.with_outputs(nodes[0].outputs)
+        self._of = Discretisation(
+            self.mesh,
+            method,
+            make_layout(self.mesh, self.settings, method.shares),
+            self.evaluations,
+            np.asarray(profile.conditions(self.mesh.segment, self.mesh.start).idle),
+            tuple(segment.task for segment in profile.segments),
         )
-        node = tr.node_functions(function)
-        e_map = tr.input_map(self._layout)
-        defects, defect_weights = tr.defect_maps(self.mesh, self._layout, node.outputs)
-        self._choose_limits(node)
-        limit_weights = sparse.csc_matrix(
-            (np.ones(len(self._limit_rows)), (np.arange(len(self._limit_rows)), self._limit_rows)),
-            shape=(len(self._limit_rows), defect_weights.shape[1]),
-        )
-        constant = np.zeros((tr.INPUTS, tr.PARTS * len(self.mesh)))
-        constant[0] = np.repeat(self._mass_added, tr.PARTS)
-        self._weights = self._penalty(regularisation)
-        self._nlp = tr.assemble(
-            node,
-            input_matrix=e_map,
-            constant=constant,
-            linear=sparse.vstack([defects, sparse.csc_matrix((len(self._limit_rows), self._layout.size))]).tocsc(),
-            weights=sparse.vstack([defect_weights, limit_weights]).tocsc(),
-            step=self.mesh.step,
-            final_fuel=int(self._layout.fuel[-1]),
-            penalty=self._weights,
-        )
-        self._coefficients = coefficients[:, self._points.of_interval.ravel()].ravel(order="F")
-        settings_: dict[str, Any] = {"tol": TOLERANCE, "acceptable_iter": 0, "nlp_scaling_method": "none"}
-        settings_ |= {"max_iter": MAX_ITERATIONS, **(ipopt or {})}
-        self._tolerance, self._has_cost = float(settings_["tol"]), node.has_cost
-        options = ipopt_options(**settings_)
-        derivatives: dict[str, Any] = {"jac_g": self._nlp.jacobian, "hess_lag": self._nlp.hessian, "calc_lam_p": False}
-        self._solver = ca.nlpsol("trajectory", "ipopt", self._nlp.problem, {**options, **derivatives})
+        rows = make_rows(self._of, self.settings, self.model.limit_names, self.additions, nodes[0].depends_on_rate)
+        self.rows, self.columns = rows.labels, column_labels(self.mesh, self._of.layout)
+        self._maps = self._make_maps(rows, regularisation, nodes[0].outputs)
+        self.nlp = assemble(list(zip(nodes, counts.tolist(), strict=True)), self._maps)
+        self._ipopt: dict[str, Any] = {**OPTIONS, **(ipopt or {})}
+        self._solvers: dict[bool, Any] = {}
+        self._solver(warm=False)
         self.build_s = clock.perf_counter() - begin
 
-    def _penalty(self, regularisation: float) -> np.ndarray:
-        """Weights (n_x,) of the squared unknowns in the objective: only the rates have any."""
-        penalty = np.zeros(self._layout.size)
-        for control in self._layout.controls:
+    def _make_maps(self, rows: Rows, regularisation: float, outputs: int) -> Maps:
+        of, layout, e = self._of, self._of.layout, self.evaluations
+        has_cost = self.additions.cost is not None
+        objective, cost, penalty = np.zeros(layout.size), np.zeros(e.outputs), np.zeros(layout.size)
+        if has_cost:
+            cost = tr.quadrature(self.mesh, of.method, e, outputs - 1, np.ones(len(self.mesh), dtype=bool))
+        else:
+            objective[layout.fuel[-1, -1]] = 1.0
+        for control in layout.controls:
             penalty[control.rate] = regularisation * self.mesh.step / self.mesh.step.sum()
-        return penalty
-
-    def _choose_limits(self, node: tr.NodeFunctions) -> None:
-        """Which outputs are constrained, as rows of y, and to which interval, part and limit each belongs.
-
-        Idle is left alone. At the end of an interval only limits that feel the rate are needed, except at the end of a
-        segment: the others are those of the next interval's start, and constraining them twice would be degenerate.
-        """
-        last = np.append(np.diff(self.mesh.segment) != 0, True)
-        wanted = np.ones((len(self.mesh), tr.PARTS, len(self._limit_names)), dtype=bool)
-        wanted[:, 2, :] = last[:, None] | node.depends_on_rate[None, :]
-        wanted &= ~self._idle[:, None, None]
-        interval, part, limit = np.nonzero(wanted)
-        self._limit_rows = node.outputs * (tr.PARTS * interval + part) + 1 + limit
-        self._limit_places = np.column_stack([interval, part, limit])
+        if layout.charged is not None:  # it costs nothing where the engines idle or the rotor has no inertia
+            penalty[layout.charged] = penalty[layout.controls[0].rate]
+        takeoff, constant = np.zeros(e.inputs), np.zeros(e.inputs)
+        takeoff[e.state_row] = 1.0
+        constant[e.state_row] = np.cumsum(self.profile.mass_changes)[self.mesh.segment[e.interval]]
+        inputs = tr.input_map(layout, e)
+        return Maps(inputs, takeoff, constant, rows.linear, rows.weights, objective, cost, penalty)
 
     @cached_property
-    def _mass_bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest mass [kg] for which the model holds, at start, middle and end of the intervals (N, 3)."""
-        count = len(self._points.time)
+    def _box(self) -> Box:
+        """Bounds of the mass wherever the aircraft is evaluated."""
+        e, count = self.evaluations, len(self.points.time)
+        _, lead = np.unique(e.point, return_index=True)
+        layout = self._of.layout
         lightest, heaviest = (np.broadcast_to(bound, count) for bound in self.model.bounds["mass"])
-        return lightest[self._points.of_interval], heaviest[self._points.of_interval]
+        place = layout.fuel[e.interval[lead], np.searchsorted(layout.shares, e.share[lead])]
+        return Box(place, self._maps.constant[e.state_row[lead]], lightest, heaviest)
 
-    def _bounds(self, takeoff_mass: float) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of x for a take-off mass [kg]."""
-        layout = self._layout
-        lower, upper = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
-        lightest, heaviest = self._mass_bounds
-        unburned = takeoff_mass + self._mass_added
-        for part, index in enumerate((layout.fuel[:-1], layout.middle, layout.fuel[1:])):
-            lower[index] = np.maximum(lower[index], (unburned - heaviest[:, part]) / tr.FUEL_SCALE)
-            upper[index] = np.minimum(upper[index], (unburned - lightest[:, part]) / tr.FUEL_SCALE)
-        if lower[0] > 0.0 or upper[0] < 0.0:
-            allowed = f"{lightest[0, 0]:g} to {heaviest[0, 0]:g} kg"
-            raise InputError(f"trajectory: takeoff_mass = {takeoff_mass:g} kg: must be {allowed}")
-        lower[0] = upper[0] = 0.0
-        for control in layout.controls:
-            places = np.concatenate([control.start, control.end])
-            lower[places], upper[places] = np.array(control.bounds)[:, None] / control.scale
-            fixed = np.concatenate([control.start[self._idle], control.end[self._idle]])
-            if self.ends == "pinned":
-                fixed = np.append(fixed, [control.start[0], control.end[-1]])
-            lower[fixed] = upper[fixed] = control.nominal / control.scale
-            if control.rate_bound is not None:
-                bound = control.rate_bound / control.rate_scale
-                lower[control.rate], upper[control.rate] = -bound, bound
-        return lower, upper
+    @cached_property
+    def _finer(self) -> FinerQuadrature:
+        return FinerQuadrature(self.profile, self._make, self._of)
 
-    def _start(self, schedule: Schedule, p: np.ndarray) -> np.ndarray:
-        """Start of the unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel.
+    def _solver(self, *, warm: bool) -> Any:
+        if warm not in self._solvers:
+            options = ipopt_options(**{**(WARM if warm else COLD), **self._ipopt})
+            derivatives: dict[str, Any] = {
+                "jac_g": self.nlp.jacobian,
+                "hess_lag": self.nlp.hessian,
+                "calc_lam_p": False,
+            }
+            self._solvers[warm] = ca.nlpsol("trajectory", "ipopt", self.nlp.problem, {**options, **derivatives})
+        return self._solvers[warm]
 
-        Sets the factor on the cost, p[1], so that at the start the cost is as large as the fuel is.
-        """
-        layout, mesh = self._layout, self.mesh
-        x = np.zeros(layout.size)
-        starts, ends = schedule.at(mesh.segment, mesh.start), schedule.at(mesh.segment, mesh.end)
-        for control, start, end in zip(layout.controls, starts, ends, strict=True):
-            x[control.end] = end / control.scale
-            x[control.start] = start / control.scale
-            slope = (x[control.end] - x[control.start]) * control.scale / mesh.step
-            bound = np.inf if control.rate_bound is None else control.rate_bound
-            x[control.rate] = np.clip(slope, -bound, bound) / control.rate_scale
-        for _ in range(3):
-            outputs = np.array(self._nlp.values(x, p)).reshape(-1, len(mesh), tr.PARTS)
-            integrals = mesh.step * (outputs @ np.array([1.0, 4.0, 1.0])) / 6.0
-            increments = integrals[0] / tr.FUEL_SCALE
-            p[1] = np.sum(increments) / max(abs(np.sum(integrals[-1])), 1e-300)
-            x[layout.fuel] = np.concatenate([[0.0], np.cumsum(increments)])
-            x[layout.middle] = 0.5 * (x[layout.fuel[:-1]] + x[layout.fuel[1:]])
-        return x
+    def _unburned(self, takeoff_mass: float) -> np.ndarray:
+        """Mass (N,) [kg] in each interval but for the fuel burned."""
+        return takeoff_mass + np.cumsum(self.profile.mass_changes)[self.mesh.segment]
 
-    def solve(self, takeoff_mass: float, initial: Schedule | None = None) -> Trajectory:
-        """Least fuel from ``takeoff_mass`` [kg], started on the schedule ``initial`` (nominal if none is given).
+    def parameters(
+        self, takeoff_mass: float, *, cost_factor: float = 1.0, coefficients: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Parameters p of the NLP; ``coefficients`` (n_c, P) replace those of the path model at ``points``."""
+        columns = self._extended.with_own(coefficients)[:, self.evaluations.order]
+        return np.concatenate([[takeoff_mass, cost_factor], columns.ravel(order="F")])
 
-        Raises InputError for a take-off mass outside the bounds of the aircraft's model.
+    def bounds(
+        self,
+        takeoff_mass: float,
+        *,
+        settings: ScheduleSettings | None = None,
+        limits: LimitBounds | None = None,
+        corridor: Corridor | None = None,
+    ) -> Bounds:
+        """Bounds of x and g, see :meth:`solve`."""
+        settings = settings or self.settings
+        check_structure(self.settings, settings)
+        allowed = settings.box(self.model.bounds)
+        lower, upper = unknown_bounds(
+            self._of,
+            self._box,
+            takeoff_mass,
+            settings=settings,
+            allowed=allowed,
+            nodes=self._at,
+            corridor=corridor or Corridor(),
+        )
+        return Bounds(lower, upper, *row_bounds(self.rows, settings, self.additions, limits))
+
+    def start(
+        self,
+        schedule: Schedule | None,
+        takeoff_mass: float,
+        *,
+        settings: ScheduleSettings | None = None,
+        coefficients: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Start x on ``schedule`` (nominal if none is given), and p with the factor on the cost that suits it."""
+        settings = settings or self.settings
+        schedule = schedule or nominal_schedule(self.profile, settings)
+        p = self.parameters(takeoff_mass, coefficients=coefficients)
+        x, p[1] = start_on(schedule, self._of, self.nlp, self._maps, p, settings)
+        return x, p
+
+    def inputs(self, x: np.ndarray, takeoff_mass: float) -> np.ndarray:
+        """Mass [kg], rotor speed [rad/s], twist [rad] and charged rate [rad/s2] (4, M) of all ``evaluations``."""
+        e, z = self.evaluations, self._maps.inputs @ x + self._maps.constant + takeoff_mass * self._maps.takeoff
+        return np.stack([*(z[e.state_row + k] for k in range(tr.STATES)), z[e.rate_row]])
+
+    def schedule(self, x: np.ndarray, takeoff_mass: float) -> tuple[Schedule, np.ndarray]:
+        """Schedule of any x, and the mass [kg] at its nodes."""
+        return results.scheduled(self._of, self.nodes, self._at, x, self._unburned(takeoff_mass))
+
+    def solve(
+        self,
+        takeoff_mass: float,
+        initial: Schedule | Trajectory | None = None,
+        *,
+        settings: ScheduleSettings | None = None,
+        limits: LimitBounds | None = None,
+        corridor: Corridor | None = None,
+        coefficients: np.ndarray | None = None,
+    ) -> Trajectory:
+        """Least fuel from ``takeoff_mass`` [kg], started on ``initial`` (nominal if none is given).
+
+        A trajectory of this problem starts it with its multipliers, another one with its schedule. ``settings`` replace
+        those the problem was built with, except for what changes its structure: limited or not, credit, periodic.
+        ``limits``: other bounds of limits and constraints by name. ``corridor`` narrows the bounds of rotor speed and
+        twist at the ``nodes``. ``coefficients`` (n_c, P) replace those of the path model at ``points``.
+        Raises InputError for what can not be changed and for a mass outside the bounds of the aircraft's model.
         """
         begin = clock.perf_counter()
-        lower, upper = self._bounds(takeoff_mass)
-        p = np.concatenate([[takeoff_mass, 1.0], self._coefficients])
-        start = self._start(initial or nominal_schedule(self.profile, self.settings), p)
-        defects = 4 * len(self.mesh)
-        below = np.concatenate([np.zeros(defects), np.full(len(self._limit_rows), -np.inf)])
-        found = self._solver(x0=start, p=p, lbx=lower, ubx=upper, lbg=below, ubg=0.0)
-        x, g, multipliers = (np.array(found[name]).ravel() for name in ("x", "g", "lam_g"))
-        residual = float(max(np.max(np.abs(g[:defects])), np.max(g[defects:], initial=0.0)))
-        stats = self._solver.stats()
-        status = ipopt_status(stats)
-        success = status is Status.CONVERGED and residual <= ACCEPTED_RESIDUAL
-        message = f"optimal to {self._tolerance:g}"
-        if not success:
-            status, message = self._diagnosis(start, g, status, takeoff_mass)
-        places, limit_multipliers = self._limit_places, {}
-        for number, name in enumerate(self._limit_names):
-            of_limit = places[:, 2] == number
-            limit_multipliers[name] = np.zeros(len(self.mesh))
-            np.maximum.at(limit_multipliers[name], places[of_limit, 0], multipliers[defects:][of_limit])
-        schedule, mass = self._schedule(x, takeoff_mass, success, status, message)
+        settings = settings or self.settings
+        bounds = self.bounds(takeoff_mass, settings=settings, limits=limits, corridor=corridor)
+        warm = isinstance(initial, Trajectory) and self._knows(initial)
+        arguments: dict[str, Any] = bounds.arguments()
+        if isinstance(initial, Trajectory) and warm:
+            x0 = np.clip(initial.x, bounds.lbx, bounds.ubx)
+            p = self.parameters(takeoff_mass, cost_factor=initial.cost_factor, coefficients=coefficients)
+            arguments |= {"lam_x0": initial.lam_x, "lam_g0": initial.lam_g}
+        else:
+            schedule = initial.schedule if isinstance(initial, Trajectory) else initial
+            x0, p = self.start(schedule, takeoff_mass, settings=settings, coefficients=coefficients)
+        solver = self._solver(warm=warm)
+        values = solver(x0=x0, p=p, **arguments)
+        x, g, lam_x, lam_g = (np.array(values[name]).ravel() for name in ("x", "g", "lam_x", "lam_g"))
+        has_cost = self.additions.cost is not None
+        optimum = results.Optimum(x, g, lam_x, lam_g, bounds, 1.0 / p[1] if has_cost else FUEL_SCALE)
+        stats = solver.stats()
+        verdict = self._verdict(optimum, ipopt_status(stats), x0, takeoff_mass, settings)
+        schedule, mass = self.schedule(x, takeoff_mass)
+        regularisation = float(self._maps.penalty @ x**2) * optimum.unit
+        error = np.full(len(self.mesh), np.nan)
+        if coefficients is None and verdict["success"]:
+            error = self._finer.error(x, self._unburned(takeoff_mass))
         return Trajectory(
-            schedule=schedule,
-            fuel=float(x[self._layout.fuel[-1]]) * tr.FUEL_SCALE,
+            schedule=replace(schedule, **verdict),
+            fuel=float(x[self._of.layout.fuel[-1, -1]]) * FUEL_SCALE,
+            objective=float(values["f"]) * optimum.unit - regularisation,
             mass=mass,
             mesh=self.mesh,
-            mass_costate=np.full(len(self.mesh), np.nan) if self._has_cost else 1.0 + multipliers[: len(self.mesh)],
-            limit_multipliers=limit_multipliers,
-            regularisation=float(self._weights @ x**2) * tr.FUEL_SCALE,
-            max_residual=residual,
+            transcription=self.transcription,
+            **results.details(self._of, self.rows, self._at, optimum, fuel_counts=not has_cost),
+            mesh_error=error,
+            x=x,
+            lam_x=lam_x,
+            lam_g=lam_g,
+            cost_factor=float(p[1]),
+            regularisation=regularisation,
+            max_residual=results.residual(optimum),
             iterations=int(stats["iter_count"]),
             build_s=self.build_s,
             solve_s=clock.perf_counter() - begin,
-            success=success,
-            status=status,
-            message=message,
+            **verdict,
         )
 
-    def _schedule(
-        self, x: np.ndarray, takeoff_mass: float, success: bool, status: Status, message: str
-    ) -> tuple[Schedule, np.ndarray]:
-        """Schedule of a solution at the mesh nodes, both ends of every segment included, and the mass [kg] there."""
-        at = self._points.of_interval[:, [0, 2]]
-        nodes = np.unique(at)
-        place = np.searchsorted(nodes, at)
-        values = np.empty((3, len(nodes)))
-        fuel = np.column_stack([x[self._layout.fuel[:-1]], x[self._layout.fuel[1:]]]) * tr.FUEL_SCALE
-        values[0, place] = takeoff_mass + self._mass_added[:, None] - fuel
-        for control in self._layout.controls:
-            values[control.row, place] = np.column_stack([x[control.start], x[control.end]]) * control.scale
-        schedule = Schedule(
-            name="trajectory",
-            segment=self._points.segment[nodes],
-            time=self._points.time[nodes],
-            rotor_speed=values[1],
-            twist=values[2],
-            success=success,
-            status=status,
-            message=message,
-        )
-        return schedule, values[0]
+    def _knows(self, trajectory: Trajectory) -> bool:
+        """Whether the trajectory is one of a problem of this structure."""
+        sizes = len(trajectory.x) == self._of.layout.size and len(trajectory.lam_g) == len(self.rows)
+        return sizes and trajectory.transcription == self.transcription and trajectory.mesh.equals(self.mesh)
 
-    def _diagnosis(self, start: np.ndarray, g: np.ndarray, status: Status, takeoff_mass: float) -> tuple[Status, str]:
-        """Why there is no solution: the place where no rotor speed and twist are allowed, else the largest breach.
-
-        The mass history is that of the ``start``: where IPOPT gave up the fuel need not mean anything.
-        """
-        flying = np.flatnonzero(~self._idle)
-        middle = self._points.of_interval[flying, 1]
-        mass = takeoff_mass + self._mass_added[flying] - tr.FUEL_SCALE * start[self._layout.middle[flying]]
-        mass = np.clip(mass, *(bound[flying, 1] for bound in self._mass_bounds))
-        optima = batched_minimum(self.model.nodes(middle), mass, box=self._box, refinements=6)
-        worst = int(np.argmax(optima.excess))
-        if optima.excess[worst] > ON_LIMIT:
-            limit = self.model.limit_names[optima.nearest_limit[worst]]
-            found = self._violation(limit, middle[worst], float(optima.excess[worst]))
-            return Status.INFEASIBLE, f"no rotor speed and twist meet the limits: at best {found}"
-        defects = 4 * len(self.mesh)
-        breach = np.concatenate([np.abs(g[:defects]), g[defects:]])
-        row = int(np.argmax(breach))
-        words = "infeasible" if status is Status.INFEASIBLE else str(status)
-        if breach[row] <= ACCEPTED_RESIDUAL:
-            return status, f"{words}: all limits and rates are met, but the fuel is not yet the least"
-        advice = (
-            "every time by itself has allowed points: the rates or the nominal values at ends and idle are in the way"
-        )
-        if row < defects:
-            family, interval = divmod(row, len(self.mesh))
-            task = self.profile.segments[self.mesh.segment[interval]].task
-            where = f"{DEFECTS[family]} not met at {self.mesh.start[interval]:.0f} s ({task})"
-        else:
-            interval, part, number = self._limit_places[row - defects]
-            limit = self._limit_names[number]
-            where = str(self._violation(limit, self._points.of_interval[interval, part], float(breach[row])))
-        return status, f"{words}: {where}; {advice}"
-
-    def _violation(self, limit: str, point: int, excess: float) -> Violation:
-        task = self.profile.segments[self._points.segment[point]].task
-        return Violation(limit, task, float(self._points.time[point]), excess)
+    def _verdict(
+        self, optimum: results.Optimum, status: Status, x0: np.ndarray, takeoff_mass: float, settings: ScheduleSettings
+    ) -> dict[str, Any]:
+        """Success, status and message."""
+        if status is Status.CONVERGED and results.residual(optimum) <= ACCEPTED_RESIDUAL:
+            return {"success": True, "status": status, "message": f"optimal to {self._ipopt['tol']:g}"}
+        allowed = settings.box(self.model.bounds)
+        place = hopeless_place(self._of, self.model, self._box, allowed=allowed, start=x0, takeoff_mass=takeoff_mass)
+        if place is not None:
+            message = f"no rotor speed and twist meet the limits: at best {place}"
+            return {"success": False, "status": Status.INFEASIBLE, "message": message}
+        breach = results.breaches(optimum.g, optimum.bounds)
+        return {"success": False, "status": status, "message": what_is_broken(self._of, self.rows, breach, status)}

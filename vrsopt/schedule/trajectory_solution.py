@@ -12,20 +12,46 @@ from vrsopt.solvers.status import Status
 
 
 @dataclass(frozen=True)
-class Trajectory:
-    """Solution of the whole-mission problem; N intervals, m limits.
+class Arc:
+    """A stretch of time [s] within a task on which the same limits and bounds are active, by name."""
 
-    Without success ``schedule`` is IPOPT's last iterate, ``message`` names what it could not meet.
+    start: float
+    end: float
+    task: str
+    active: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Solution of the whole-mission problem; N intervals, n nodes of the schedule.
+
+    Without success ``schedule`` is IPOPT's last iterate, ``message`` names what it could not meet. Multipliers and
+    costates are derivatives of ``objective``: kg of fuel, or units of a cost of one's own.
     """
 
     schedule: Schedule
     fuel: float  # kg, as the NLP integrates it
+    objective: float  # kg, or of the cost of one's own; without the penalty on the rates
     mass: np.ndarray  # kg at the nodes of ``schedule``
     mesh: Mesh
-    # (N,) kg of fuel still to be burned per kg more of mass, at the end of each interval; nan with a cost of one's own
-    mass_costate: np.ndarray
-    limit_multipliers: dict[str, np.ndarray]  # name -> (N,) largest multiplier of a limit in each interval
-    regularisation: float  # kg, what the penalty on the rates adds to the objective
+    transcription: str
+    # (N,) objective still to come per kg more of ``mass``, per rad/s more of ``rotor_speed`` and rad of ``twist``, at
+    # the end of each interval
+    costates: dict[str, np.ndarray]
+    # name -> (N,) fall of the objective per unit by which a limit (usage) or constraint is relaxed, the largest in each
+    # interval; negative for a lower bound
+    limit_multipliers: dict[str, np.ndarray]
+    # likewise of the bounds: rotor_speed, twist (n,) at the nodes, rotor_speed_rate, twist_rate (N,)
+    bound_multipliers: dict[str, np.ndarray]
+    integrals: dict[str, float]  # values of constraints on integrals, in their units
+    integral_multipliers: dict[str, float]
+    arcs: tuple[Arc, ...]  # the switching structure
+    mesh_error: np.ndarray  # (N,) kg, fuel of each interval minus that of a finer quadrature
+    x: np.ndarray  # unknowns and multipliers of the NLP, for a warm start
+    lam_x: np.ndarray
+    lam_g: np.ndarray
+    cost_factor: float  # of the cost in the NLP
+    regularisation: float  # what the penalty on the rates adds to the objective
     max_residual: float  # scaled
     iterations: int
     build_s: float

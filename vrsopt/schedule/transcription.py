@@ -1,275 +1,233 @@
-"""Hermite-Simpson collocation of a mission as sparse linear maps around one node function.
+"""Collocation of a mission as sparse linear maps around one node function.
 
-Unknowns, all of order one: fuel burned at the mesh nodes and midpoints, rotor speed and twist at the mesh nodes, and
-their rates, constant over an interval (so both are linear in it, exactly as a schedule is flown). The node function
-y = (fuel flow, limits) of z = (mass, rotor speed, twist, rotor speed rate) is evaluated at the start, middle and end of
-every interval, and everything else is linear:
+Unknowns, all of order one: fuel burned at the mesh nodes and inside the intervals, rotor speed and twist at the mesh
+nodes, and their rates, constant over an interval (so both are linear in it, exactly as a schedule is flown). The node
+function y = (fuel flow, limits) of z = (mass, rotor speed, twist, rotor speed rate) is evaluated at the stages of a
+Runge-Kutta method in every interval, and everything else is linear:
 
     z = E x + e m0 + z0,     constraints g = A x + B y.
 
 So the Jacobian is A + B J E and the Hessian of the Lagrangian E' H E, with block-diagonal J and H that come from the
 node function alone: exact, and cheap to build whatever the length of the mission.
 Mass is take-off mass minus fuel burned plus the mass changes so far, which makes mass events exact.
-Equations: D. G. Hull, Conversion of optimal control problems into parameter optimization problems (1997), separated
-Hermite-Simpson form.
+
+Two methods: Lobatto IIIA with three stages, which is separated Hermite-Simpson (order 4; D. G. Hull, Conversion of
+optimal control problems into parameter optimization problems, 1997), and Radau IIA with three stages (order 5;
+E. Hairer, G. Wanner, Solving ordinary differential equations II, 1996, table IV.5.6).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Literal
 
-import casadi as ca
 import numpy as np
 from scipy import sparse
 
+from vrsopt.errors import InputError
+from vrsopt.schedule.layout import FUEL_SCALE, Layout
 from vrsopt.schedule.mesh import Mesh
-from vrsopt.schedule.schedule import ScheduleSettings
 
-FUEL_SCALE = 100.0  # kg
-PARTS = 3  # evaluations per interval: start, middle, end
-INPUTS = 4  # mass, rotor speed, twist, rotor speed rate
+Transcription = Literal["hermite_simpson", "radau"]
+STATES = 3  # mass, rotor speed, twist; the node inputs are these and the rates on either side of the node
 
 
 @dataclass(frozen=True)
-class Control:
-    """A scheduled variable and its rate: their places in x, sizes and bounds, in units of the variable."""
+class Method:
+    """A Runge-Kutta method: the fuel at ``shares[1:]`` of an interval is that at its start plus step * matrix @ (fuel
+    flow at ``stages``)."""
 
-    row: int  # of the node inputs
-    start: np.ndarray  # (N,) place of its value at the start of each interval
-    end: np.ndarray  # (N,)
-    rate: np.ndarray  # (N,) place of its rate
-    nominal: float
-    bounds: tuple[float, float]
-    rate_bound: float | None  # per s
-    scale: float
-    rate_scale: float
+    shares: np.ndarray
+    stages: np.ndarray
+    matrix: np.ndarray
 
-
-@dataclass(frozen=True)
-class Layout:
-    """Places in the vector x of the unknowns: fuel burned (N+1,), at midpoints (N,), rotor speed and twist."""
-
-    fuel: np.ndarray
-    middle: np.ndarray
-    controls: tuple[Control, Control]
-    size: int
+    @property
+    def weights(self) -> np.ndarray:
+        """Quadrature weights of the stages."""
+        return np.asarray(self.matrix[-1])
 
 
-def make_layout(mesh: Mesh, settings: ScheduleSettings, *, box: np.ndarray, periodic: bool) -> Layout:
-    """Nodes of rotor speed and twist are shared between segments, unless their rate is unlimited: then each segment has
-    its own. If ``periodic`` the last node is the first. ``box`` (2, 2) holds the bounds of both variables."""
-    count = len(mesh)
-    k = np.arange(count)
-    size = 2 * count + 1
-    controls = []
-    for column, (nominal, rate_bound, unlimited_scale) in enumerate(
-        (
-            (settings.nominal_rotor_speed, settings.rotor_speed_rate, 0.01),
-            (settings.nominal_twist, settings.twist_rate, 0.1),
-        )
-    ):
-        start = k + (mesh.segment if rate_bound is None else 0)
-        end = start + 1
-        nodes = int(end[-1]) + 1
-        if periodic:
-            nodes -= 1
-            end[-1] = 0
-        controls.append(
-            Control(
-                row=1 + column,
-                start=size + start,
-                end=size + end,
-                rate=size + nodes + k,
-                nominal=nominal,
-                bounds=(float(box[0, column]), float(box[1, column])),
-                rate_bound=rate_bound,
-                scale=nominal,
-                rate_scale=rate_bound or unlimited_scale * nominal,
-            )
-        )
-        size += nodes + count
-    return Layout(np.arange(count + 1), count + 1 + k, (controls[0], controls[1]), size)
+def _methods() -> dict[str, Method]:
+    root = np.sqrt(6.0)
+    inner = [(4.0 - root) / 10.0, (4.0 + root) / 10.0]
+    radau = [
+        [(88.0 - 7.0 * root) / 360.0, (296.0 - 169.0 * root) / 1800.0, (-2.0 + 3.0 * root) / 225.0],
+        [(296.0 + 169.0 * root) / 1800.0, (88.0 + 7.0 * root) / 360.0, (-2.0 - 3.0 * root) / 225.0],
+        [(16.0 - root) / 36.0, (16.0 + root) / 36.0, 1.0 / 9.0],
+    ]
+    lobatto = [[5.0 / 24.0, 1.0 / 3.0, -1.0 / 24.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0]]
+    thirds = np.array([0.0, 0.5, 1.0])
+    return {
+        "hermite_simpson": Method(thirds, thirds, np.array(lobatto)),
+        "radau": Method(np.array([0.0, *inner, 1.0]), np.array([*inner, 1.0]), np.array(radau)),
+    }
+
+
+METHODS = _methods()
+
+
+def method_of(transcription: str) -> Method:
+    """The method by its name; raises InputError."""
+    if transcription not in METHODS:
+        raise InputError(f"trajectory: transcription = {transcription}: must be {' or '.join(METHODS)}")
+    return METHODS[transcription]
 
 
 @dataclass(frozen=True)
 class Points:
-    """Where the aircraft is needed: mesh nodes (doubled at segment edges) and midpoints, P in all."""
+    """Pairs (P,) of segment and time [s] where the aircraft is needed, in the order of time."""
 
-    of_interval: np.ndarray  # (N, 3) point of each evaluation
-    segment: np.ndarray  # (P,)
-    time: np.ndarray  # (P,) s
-
-
-def make_points(mesh: Mesh) -> Points:
-    """Points of a mesh, in the order of time."""
-    first = 2 * np.arange(len(mesh)) + mesh.segment
-    of_interval = np.column_stack([first, first + 1, first + 2])
-    count = int(of_interval.max()) + 1
-    segment, time = np.empty(count, dtype=int), np.empty(count)
-    segment[of_interval] = mesh.segment[:, None]
-    time[of_interval] = np.column_stack([mesh.start, mesh.start + 0.5 * mesh.step, mesh.end])
-    return Points(of_interval, segment, time)
+    segment: np.ndarray
+    time: np.ndarray
 
 
-def input_map(layout: Layout) -> sparse.csc_matrix:
-    """E (4 * 3N, n_x): node inputs of all evaluations, without the constant part of the mass."""
-    count = len(layout.middle)
-    entries = []
+@dataclass(frozen=True)
+class Places:
+    """Evaluations (M,) of the node function, in the order of time, and the points (P,) they are at.
 
-    def add(part: int, row: int, columns: np.ndarray, value: float) -> None:
-        rows = INPUTS * (PARTS * np.arange(count) + part) + row
-        entries.append((rows, columns, np.full(count, value)))
-
-    for part, fuel in enumerate((layout.fuel[:-1], layout.middle, layout.fuel[1:])):
-        add(part, 0, fuel, -FUEL_SCALE)
-        add(part, 3, layout.controls[0].rate, layout.controls[0].rate_scale)
-    for control in layout.controls:
-        add(0, control.row, control.start, control.scale)
-        add(1, control.row, control.start, 0.5 * control.scale)
-        add(1, control.row, control.end, 0.5 * control.scale)
-        add(2, control.row, control.end, control.scale)
-    return _matrix(entries, (INPUTS * PARTS * count, layout.size))
-
-
-def defect_maps(mesh: Mesh, layout: Layout, outputs: int) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
-    """A (4N, n_x) and B (4N, outputs * 3N) of the defects: fuel at the end, fuel in the middle, rotor speed, twist.
-
-    The first of the ``outputs`` per evaluation is the fuel flow.
+    Where two intervals of a segment meet, the point is evaluated with the rates of both, by a function that shares what
+    does not depend on the rate: ``rates`` (P,) is how many a point has.
     """
-    count = len(mesh)
-    k, one = np.arange(count), np.ones(count)
-    linear = [
-        (k, layout.fuel[1:], one),
-        (k, layout.fuel[:-1], -one),
-        (count + k, layout.middle, one),
-        (count + k, layout.fuel[1:], -0.5 * one),
-        (count + k, layout.fuel[:-1], -0.5 * one),
+
+    points: Points
+    rates: np.ndarray  # (P,) 1 or 2
+    interval: np.ndarray  # (M,)
+    share: np.ndarray  # (M,) of the interval before it
+    stage: np.ndarray  # (M,) number of the stage, -1 for an evaluation only for the sake of limits
+    point: np.ndarray  # (M,)
+    again: np.ndarray  # (M,) whether the evaluation before it is at the same place and time
+
+    def with_outputs(self, outputs: int) -> Evaluations:
+        """The same in the vectors of inputs and outputs of a node function with ``outputs``."""
+        order = np.argsort(self.rates, kind="stable")
+        z_size, y_size = (STATES + self.rates)[order], (outputs * self.rates)[order]
+        state_row, output = np.empty(len(order), dtype=int), np.empty(len(order), dtype=int)
+        state_row[order], output[order] = np.cumsum(z_size) - z_size, np.cumsum(y_size) - y_size
+        second = np.append(False, np.diff(self.point) == 0)
+        return Evaluations(
+            **{one.name: getattr(self, one.name) for one in fields(self)},
+            order=order,
+            state_row=state_row[self.point],
+            rate_row=state_row[self.point] + STATES + second,
+            output=output[self.point] + outputs * second,
+            inputs=int(z_size.sum()),
+            outputs=int(y_size.sum()),
+        )
+
+
+@dataclass(frozen=True)
+class Evaluations(Places):
+    """Evaluations with their places in the inputs z and outputs y: the points with one rate come first in both."""
+
+    order: np.ndarray  # (P,) the points in the order of z and y
+    state_row: np.ndarray  # (M,) first of its three states in z
+    rate_row: np.ndarray  # (M,) its rate in z
+    output: np.ndarray  # (M,) first of its outputs in y
+    inputs: int  # length of z
+    outputs: int  # length of y
+
+
+def make_places(mesh: Mesh, method: Method, *, shared: bool = True) -> Places:
+    """Where a method evaluates the aircraft on a mesh; every evaluation is a point of its own if not ``shared``.
+
+    A method without a stage at the start of an interval gets one at the start of each segment, where limits may be
+    tightest.
+    """
+    count, stages = len(mesh), len(method.stages)
+    interval, share = np.repeat(np.arange(count), stages), np.tile(method.stages, count)
+    stage = np.tile(np.arange(stages), count)
+    if method.stages[0] > 0.0:
+        first = np.flatnonzero(np.append(True, np.diff(mesh.segment) != 0))
+        interval, stage = np.append(interval, first), np.append(stage, np.full(len(first), -1))
+        share = np.append(share, np.zeros(len(first)))
+        order = np.lexsort((share, interval))
+        interval, share, stage = interval[order], share[order], stage[order]
+    segment = mesh.segment[interval]
+    again = (share == 0.0) & np.append(False, (share[:-1] == 1.0) & (segment[1:] == segment[:-1]))
+    leads = ~(again & shared)
+    point = np.cumsum(leads) - 1
+    time = mesh.start[interval] + share * mesh.step[interval]
+    return Places(Points(segment[leads], time[leads]), np.bincount(point), interval, share, stage, point, again)
+
+
+def make_nodes(mesh: Mesh) -> tuple[Points, np.ndarray]:
+    """Mesh nodes as in a schedule, both ends of every segment among them, and those (N, 2) at the ends of intervals."""
+    rank = np.cumsum(np.append(0, np.diff(mesh.segment) != 0)) + np.arange(len(mesh))
+    at = np.column_stack([rank, rank + 1])
+    segment, time = np.empty(rank[-1] + 2, dtype=int), np.empty(rank[-1] + 2)
+    segment[at] = mesh.segment[:, None]
+    time[at[:, 0]], time[at[:, 1]] = mesh.start, mesh.end
+    return Points(segment, time), at
+
+
+def input_map(layout: Layout, evaluations: Evaluations) -> sparse.csc_matrix:
+    """E (inputs, n_x): node inputs of all evaluations, without the constant part of the mass."""
+    _, lead = np.unique(evaluations.point, return_index=True)
+    row, interval, share = (part[lead] for part in (evaluations.state_row, evaluations.interval, evaluations.share))
+    place = np.searchsorted(layout.shares, share)
+    entries = [
+        (row, layout.fuel[interval, place], np.full(len(row), -FUEL_SCALE)),
+        (
+            evaluations.rate_row,
+            layout.charged_rate[evaluations.interval],
+            np.full(len(evaluations.interval), layout.controls[0].rate_scale),
+        ),
     ]
     for control in layout.controls:
-        rows = (1 + control.row) * count + k
+        entries += [
+            (row + control.row, control.start[interval], (1.0 - share) * control.scale),
+            (row + control.row, control.end[interval], share * control.scale),
+        ]
+    return matrix(entries, (evaluations.inputs, layout.size))
+
+
+def fuel_defects(
+    mesh: Mesh, method: Method, layout: Layout, evaluations: Evaluations
+) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
+    """A and B of the fuel burned from the start of each interval, (N s, n_x) and (N s, n_y): rows are interval by
+    interval, to each of ``method.shares[1:]``; the first output of an evaluation is the fuel flow."""
+    count, rows = len(mesh), len(method.shares) - 1
+    of_interval = rows * np.arange(count)
+    linear, weights = [], []
+    used = evaluations.stage >= 0
+    interval, stage, output = (part[used] for part in (evaluations.interval, evaluations.stage, evaluations.output))
+    for row in range(rows):
         linear += [
+            (of_interval + row, layout.fuel[:, row + 1], np.ones(count)),
+            (of_interval + row, layout.fuel[:, 0], -np.ones(count)),
+        ]
+        weights.append((rows * interval + row, output, -mesh.step[interval] / FUEL_SCALE * method.matrix[row, stage]))
+    return (
+        matrix(linear, (rows * count, layout.size)),
+        matrix(weights, (rows * count, evaluations.outputs)),
+    )
+
+
+def control_defects(mesh: Mesh, layout: Layout) -> sparse.csc_matrix:
+    """A (2N, n_x) of rotor speed and twist: the change over each interval is its rate times its step."""
+    count = len(mesh)
+    one, entries = np.ones(count), []
+    for control in layout.controls:
+        rows = (control.row - 1) * count + np.arange(count)
+        entries += [
             (rows, control.end, one),
             (rows, control.start, -one),
             (rows, control.rate, -mesh.step * control.rate_scale / control.scale),
         ]
-    first, middle, last = (outputs * (PARTS * k + part) for part in range(PARTS))
-    step = mesh.step / FUEL_SCALE
-    weights = [
-        (k, first, -step / 6),
-        (k, middle, -4 * step / 6),
-        (k, last, -step / 6),
-        (count + k, first, -step / 8),
-        (count + k, last, step / 8),
-    ]
-    return _matrix(linear, (4 * count, layout.size)), _matrix(weights, (4 * count, outputs * PARTS * count))
+    return matrix(entries, (2 * count, layout.size))
 
 
-def _matrix(entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]], shape: tuple[int, int]) -> sparse.csc_matrix:
+def quadrature(mesh: Mesh, method: Method, evaluations: Evaluations, output: int, wanted: np.ndarray) -> np.ndarray:
+    """Weights (n_y,) [s] that integrate one output over the intervals ``wanted`` (N,)."""
+    used = (evaluations.stage >= 0) & wanted[evaluations.interval]
+    interval = evaluations.interval[used]
+    found = np.zeros(evaluations.outputs)
+    found[evaluations.output[used] + output] = mesh.step[interval] * method.weights[evaluations.stage[used]]
+    return found
+
+
+def matrix(entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]], shape: tuple[int, int]) -> sparse.csc_matrix:
+    """Sparse matrix of (rows, columns, values), added up; entries of zero are left out."""
     rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
-    return sparse.csc_matrix((values, (rows, columns)), shape=shape)
-
-
-@dataclass(frozen=True)
-class NodeFunctions:
-    """Of one node: values y(z, c), Jacobian (outputs, 4) and Hessian (4, 4) of w'y, as CasADi functions."""
-
-    values: ca.Function
-    jacobian: ca.Function
-    hessian: ca.Function
-    outputs: int
-    depends_on_rate: np.ndarray  # (m,) which limits do
-    has_cost: bool  # is the last output a cost per second
-
-
-def node_functions(function: ca.Function) -> NodeFunctions:
-    """Derivatives of a path model's node function, once for all nodes; a third output of it is a cost per second.
-
-    A function that is exact about a centre only is differentiated first and then centred where it is evaluated.
-    """
-    z, c = ca.SX.sym("z", INPUTS), ca.SX.sym("c", function.size1_in(INPUTS))
-    centre = [ca.SX.sym("centre", INPUTS)] * (function.n_in() - INPUTS - 1)
-    parts = function.call([*ca.vertsplit(z), c, *centre])
-    y = ca.vertcat(*parts)
-    w = ca.SX.sym("w", y.numel())
-    jacobian = ca.jacobian(y, z)
-    hessian = ca.hessian(ca.dot(w, y), z)[0]
-    on_rate = np.array(ca.DM(jacobian.sparsity(), 1)).reshape(y.numel(), INPUTS)[:, 3] != 0
-    if centre:
-        y, jacobian, hessian = ca.substitute([y, jacobian, hessian], centre, [z])
-    options = {"cse": True}
-    return NodeFunctions(
-        ca.Function("values", [z, c], [y], options),
-        ca.Function("jacobian", [z, c], [jacobian], options),
-        ca.Function("hessian", [z, c, w], [hessian], options),
-        y.numel(),
-        on_rate[1 : 1 + parts[1].numel()],
-        len(parts) == 3,
-    )
-
-
-@dataclass(frozen=True)
-class Nlp:
-    """The NLP as CasADi functions for ``nlpsol``, and the values y (outputs, 3N) of all evaluations."""
-
-    problem: dict[str, Any]
-    jacobian: ca.Function
-    hessian: ca.Function
-    values: ca.Function
-
-
-def assemble(
-    node: NodeFunctions,
-    *,
-    input_matrix: sparse.csc_matrix,
-    constant: np.ndarray,
-    linear: sparse.csc_matrix,
-    weights: sparse.csc_matrix,
-    step: np.ndarray,
-    final_fuel: int,
-    penalty: np.ndarray,
-) -> Nlp:
-    """Objective x[final_fuel] (or the integral of the cost) + sum(penalty * x^2) and constraints A x + B y.
-
-    ``constant`` (4, 3N) is the part of the node inputs that is neither x nor take-off mass; ``step`` (N,) [s] are the
-    intervals. Parameters p of the NLP: take-off mass [kg], the factor on the cost, then the coefficients (n_c, 3N)
-    column by column.
-    """
-    evaluations, n_c = constant.shape[1], node.values.size1_in(1)
-    e_map, a_map, b_map = (ca.DM(part) for part in (input_matrix, linear, weights))
-    x, p = ca.MX.sym("x", e_map.size2()), ca.MX.sym("p", 2 + n_c * evaluations)
-    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", a_map.size1())
-    takeoff = ca.DM(np.tile([1.0, 0.0, 0.0, 0.0], evaluations))
-    z = ca.reshape(ca.mtimes(e_map, x) + p[0] * takeoff + ca.DM(constant.ravel(order="F")), INPUTS, evaluations)
-    c = ca.reshape(p[2:], n_c, evaluations)
-
-    y = node.values.map(evaluations)(z, c)
-    f = ca.dot(ca.DM(penalty), x * x)
-    if node.has_cost:
-        simpson = ca.DM((step[:, None] * np.array([1.0, 4.0, 1.0]) / 6.0).ravel()).T
-        f += p[1] * ca.dot(simpson, y[-1, :])
-    else:
-        f += x[final_fuel]
-    g = ca.mtimes(a_map, x) + ca.mtimes(b_map, ca.vec(y))
-
-    jacobian = a_map + ca.mtimes(b_map, ca.mtimes(_blocks(node.jacobian.map(evaluations)(z, c), node.jacobian), e_map))
-    w = ca.reshape(ca.mtimes(b_map.T, lam_g), node.outputs, evaluations)
-    if node.has_cost:
-        w = ca.vertcat(w[:-1, :], lam_f * p[1] * simpson)
-    curvature = _blocks(node.hessian.map(evaluations)(z, c, w), node.hessian)
-    hessian = ca.mtimes(e_map.T, ca.mtimes(curvature, e_map)) + 2 * lam_f * ca.diag(ca.DM(penalty))
-    return Nlp(
-        {"x": x, "p": p, "f": f, "g": g},
-        ca.Function("jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
-        ca.Function(
-            "hess_lag", [x, p, lam_f, lam_g], [ca.triu(hessian)], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
-        ),
-        ca.Function("values", [x, p], [y]),
-    )
-
-
-def _blocks(mapped: ca.MX, function: ca.Function) -> ca.MX:
-    """The blocks side by side that a mapped function returns, as a block-diagonal matrix."""
-    block = function.sparsity_out(0)
-    count = mapped.size2() // block.size2()
-    return ca.sparsity_cast(mapped, ca.diagcat(*[block] * count))
+    there = values != 0.0
+    return sparse.csc_matrix((values[there], (rows[there], columns[there])), shape=shape)

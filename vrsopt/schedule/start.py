@@ -1,0 +1,40 @@
+"""Where the solution of the whole-mission problem starts: a schedule, or the solution of a problem much like it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vrsopt.schedule.nlp import Maps, Nlp
+from vrsopt.schedule.rows import Discretisation
+from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+
+FUEL_SWEEPS = 3
+
+
+def start_on(
+    schedule: Schedule, of: Discretisation, nlp: Nlp, maps: Maps, p: np.ndarray, settings: ScheduleSettings
+) -> tuple[np.ndarray, float]:
+    """Unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel.
+
+    Also the factor on the cost that makes it as large as the fuel is, 0 without a cost.
+    """
+    layout, mesh = of.layout, of.mesh
+    x = np.zeros(layout.size)
+    starts, ends = schedule.at(mesh.segment, mesh.start), schedule.at(mesh.segment, mesh.end)
+    bounds = settings.rotor_speed_rate, settings.twist_rate
+    for control, start, end, bound in zip(layout.controls, starts, ends, bounds, strict=True):
+        x[control.end] = end / control.scale
+        x[control.start] = start / control.scale
+        slope = (x[control.end] - x[control.start]) * control.scale / mesh.step
+        x[control.rate] = (slope if bound is None else np.clip(slope, -bound, bound)) / control.rate_scale
+    if layout.charged is not None:
+        x[layout.charged] = np.maximum(x[layout.controls[0].rate], 0.0)
+    defects = maps.weights[: len(mesh) * (len(layout.shares) - 1)]
+    for _ in range(FUEL_SWEEPS):
+        outputs = np.array(nlp.values(x, p)).ravel()
+        burned = -(defects @ outputs).reshape(len(mesh), -1)
+        before = np.concatenate([[0.0], np.cumsum(burned[:, -1])[:-1]])
+        x[layout.fuel[:, 0]] = before
+        x[layout.fuel[:, 1:]] = before[:, None] + burned
+    cost = abs(float(maps.cost @ outputs))
+    return x, float(np.sum(burned[:, -1])) / cost if cost > 0.0 else 0.0
