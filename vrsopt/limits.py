@@ -70,6 +70,16 @@ class Limits:
         """Largest inter-turbine temperature [K]."""
         return temperature_limit(self.engine)
 
+    @property
+    def stated(self) -> dict[str, tuple[float, str]]:
+        """What a usage of 1 stands for, with its unit, for people: those limits that are one number."""
+        nominal = self.aircraft.main_rotor.nominal_rotor_speed
+        found = {"engine power": (self.rated_power / 1e3, "kW"), "turbine temperature": (self.temperature, "K")}
+        if self.setting == "manual":
+            engines = self.aircraft.transmission.engines
+            found["torque"] = (engines * self.rated_power / nominal, "N m")
+        return found
+
     def blade_loading(self, weight: Any, density: Any, rotor_speed: Any, speed: Any) -> tuple[Any, Any]:
         """Blade loading n m g / (rho A_b (Omega R)^2) and its largest value, without the manoeuvre margin.
 

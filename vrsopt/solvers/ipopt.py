@@ -18,6 +18,26 @@ _WORDS = {
     "Invalid_Number_Detected": Status.NOT_FINITE,
 }
 
+_EXPLAINED = {
+    "Infeasible_Problem_Detected": "came to a point where the constraints can not be met any better",
+    "Maximum_Iterations_Exceeded": "ran out of iterations",
+    "Maximum_CpuTime_Exceeded": "ran out of time",
+    "Maximum_WallTime_Exceeded": "ran out of time",
+    "Search_Direction_Becomes_Too_Small": "made no progress: its steps became too small",
+    "Restoration_Failed": "could not find its way back towards the constraints",
+    "Invalid_Number_Detected": "met a value that is infinite or not a number",
+    "Diverging_Iterates": "followed unknowns that grow without bound",
+    "Error_In_Step_Computation": "could not compute a step",
+    "Not_Enough_Degrees_Of_Freedom": "found fewer unknowns than equations",
+    "Invalid_Option": "was given an option that it does not know, or a value that is not allowed",
+}
+
+
+def ipopt_words(stats: dict[str, Any]) -> str:
+    """How IPOPT ended, in words; the subject is IPOPT."""
+    found = str(stats["return_status"])
+    return _EXPLAINED.get(found, found.replace("_", " ").lower())
+
 
 def ipopt_options(**settings: Any) -> dict[str, Any]:
     """Options for ``casadi.nlpsol``; ``settings`` are IPOPT's own names and win over the defaults here."""
