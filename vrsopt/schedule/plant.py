@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -58,11 +58,8 @@ class Plant:
 
         Raises :class:`NoSolutionError` where gas path or combustor can not be solved.
         """
-        return emission_table(engine_data=self.limits.engine, isa_offset=self.isa_offset)
-
-    def emission_series(self, table: EmissionTable, altitude: Any, mach: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients of ``table`` at conditions (n,), see :meth:`EmissionTable.contract`."""
-        return table.contract(altitude, mach)
+        made = emission_table(engine_data=self.limits.engine, isa_offset=self.isa_offset)
+        return replace(made, engine=self.table)
 
     def emissions(
         self, altitude: Any, mach: Any, node: Any, *, fuel_flow: Any, power: Any, rotor_speed: Any
@@ -73,7 +70,7 @@ class Plant:
         Raises what :attr:`emission_table` raises.
         """
         table = self.emission_table
-        generator, indices = (series[node] for series in self.emission_series(table, altitude, mach))
+        generator, indices = (series[node] for series in table.contract(altitude, mach))
         ratio = rotor_speed / self.limits.aircraft.main_rotor.nominal_rotor_speed
         # the flow of an index is proportional to the fuel, so that all engines' fuel gives all engines' emissions
         flows = table.evaluate((generator, indices), fuel_flow, power, ratio)

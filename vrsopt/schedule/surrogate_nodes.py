@@ -17,6 +17,7 @@ from vrsopt.schedule.ground_idle import ground_idle_emissions
 from vrsopt.schedule.path_model import PathValues
 from vrsopt.schedule.path_quantities import EMITTED, QUANTITY_NAMES, checked_quantities, second_order
 from vrsopt.schedule.plant import Plant
+from vrsopt.schedule.point_tables import PointTables, point_tables
 from vrsopt.schedule.rotor_tables import POWER_DEGREES, POWER_KEPT, TAIL_DEGREES
 from vrsopt.surrogate import chebyshev
 from vrsopt.surrogate.emission_table import EmissionTable
@@ -73,6 +74,10 @@ class SurrogatePath:
             engine_series=self.engine_series[kept],
             burned=self.burned[:, kept],
         )
+
+    def at_mass(self, mass: np.ndarray) -> PointTables | None:
+        """The nodes at masses (N,) [kg], to be searched; None where one of them stands on the ground."""
+        return point_tables(self, mass) if np.all(self.flight[2] == FLYING) else None
 
     def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
         """Fuel flow, power and limits; arguments broadcast to (N,) or (N, k). Outside the sampled box: InputError."""
@@ -187,7 +192,7 @@ class SurrogatePath:
             return None, ()
         table = self.plant.emission_table.only(names)
         speed, altitude, kind = self.flight[:3]
-        series = self.plant.emission_series(table, altitude, self.plant.mach(speed, altitude))
+        series = table.contract(altitude, self.plant.mach(speed, altitude))
         indices = np.zeros((len(names), len(kind)))
         for k, known in self._ground_idle_indices():
             indices[:, k] = [known[name] for name in names]

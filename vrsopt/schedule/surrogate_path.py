@@ -10,6 +10,7 @@ engines on the day itself.
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -23,12 +24,14 @@ from vrsopt.schedule.plant import Plant
 from vrsopt.schedule.rotor_tables import POWER_DEGREES, TAIL_DEGREES, USED, Flight, RotorTables
 from vrsopt.schedule.similarity import StandardDay, standard_day
 from vrsopt.schedule.surrogate_nodes import FLYING, GROUND_IDLE, SurrogatePath
+from vrsopt.surrogate.best_speed import BestSpeedTable
 from vrsopt.surrogate.engine_table import engine_table
 from vrsopt.surrogate.export import FREE
 from vrsopt.surrogate.kriging import KrigingState
 from vrsopt.surrogate.space import LEVEL
 from vrsopt.surrogate.store import Surrogate
 
+Transmission = Literal["fixed", "variable"]  # of the engine's power turbine to the rotor
 LEAST_CORRELATION = 98.0  # per cent, leave-one-out: below it a surrogate is not fit to be optimised on
 
 
@@ -42,15 +45,19 @@ class SurrogateAircraft:
         *,
         isa_offset: float = 0.0,
         kinetic_energy: bool = True,
+        transmission: Transmission = "fixed",
         force: bool = False,
     ) -> None:
         """``kinetic_energy``: charge the power that speeds up the rotor to the engines, and credit it back.
+        ``transmission``: "fixed", the power turbine turns with the rotor; "variable", at its own best speed.
 
         Raises :class:`InputError` for a surrogate of another space than level flight, without the outputs needed, or
         whose leave-one-out correlation is too low to be optimised on (unless ``force``).
         """
         if surrogate.space != LEVEL.name:
             raise InputError(f"surrogate: space = {surrogate.space}: missions fly on one of the space {LEVEL.name}")
+        if transmission not in get_args(Transmission):
+            raise InputError(f"surrogate: transmission = {transmission!r}: one of {', '.join(get_args(Transmission))}")
         for name in USED:
             if name not in surrogate.models:
                 raise InputError(f"surrogate: {name}: missing")
@@ -62,9 +69,10 @@ class SurrogateAircraft:
         state: KrigingState = self.models["main_rotor_power"].state_
         columns = [state.names.index(name) for name in FREE]
         rotor = limits.aircraft.main_rotor
+        table = engine_table(isa_offset=isa_offset, engine_data=limits.engine)
         self.plant = Plant(
             limits,
-            engine_table(isa_offset=isa_offset, engine_data=limits.engine),
+            table if transmission == "fixed" else BestSpeedTable.of(table),
             isa_offset,
             rotor.polar_inertia if kinetic_energy else 0.0,
             float(state.upper[state.names.index("altitude")]),

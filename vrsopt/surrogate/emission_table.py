@@ -67,9 +67,8 @@ class EmissionTable:
 
         Raises :class:`InputError` for an altitude or Mach number outside the table.
         """
-        return tuple(  # type: ignore[return-value]
-            at_altitude_and_mach(table, altitude, mach) for table in (self.engine.generator_speed, self.coefficients)
-        )
+        indices = at_altitude_and_mach(self.coefficients, altitude, mach)
+        return self.engine.contract_generator(altitude, mach), indices
 
     def evaluate(self, nodes: tuple[Array, Array], fuel_flow: Array, power: Array, speed: Array) -> dict[str, Array]:
         """Flows of one engine [kg/s] by name, each of the shape of ``power``.

@@ -58,12 +58,21 @@ class EngineTable:
         """Numbers of coefficients (n_power, n_speed) of a node."""
         return self.coefficients.shape[1], self.coefficients.shape[2]
 
+    @property
+    def kept(self) -> tuple[Array | None, Array | None]:
+        """Which coefficients of fuel flow and temperature at a node are not zero (None: all)."""
+        return KEPT[0], KEPT[1]
+
     def contract(self, altitude: Array, mach: Array) -> Array:
         """Coefficients (N, 2, n_power, n_speed) of the nodes at pressure altitudes [m] and Mach numbers, both (N,).
 
         Raises :class:`InputError` for an altitude or Mach number outside the table.
         """
         return at_altitude_and_mach(self.coefficients, altitude, mach)
+
+    def contract_generator(self, altitude: Array, mach: Array) -> Array:
+        """Coefficients (N, n_power, n_speed) of the gas generator's speed at the nodes, as :meth:`contract`."""
+        return at_altitude_and_mach(self.generator_speed, altitude, mach)
 
     def evaluate(self, nodes: Array, power: Array, speed: Array) -> tuple[Array, Array]:
         """Fuel flow [kg/s] and inter-turbine temperature [K] of one engine, of the shape of ``power``.
@@ -128,7 +137,8 @@ class EngineTable:
         size = self.sizes[0] * self.sizes[1]
         c = ca.SX.sym("c", 2 * size)
         results = [
-            self.expression(power, speed, table, kept) for table, kept in zip(ca.vertsplit(c, size), KEPT, strict=True)
+            self.expression(power, speed, table, kept)
+            for table, kept in zip(ca.vertsplit(c, size), self.kept, strict=True)
         ]
         return ca.Function("engine_node", [power, speed, c], results, ["power", "speed", "c"], ["fuel", "temperature"])
 
@@ -140,7 +150,8 @@ class EngineTable:
         lower, upper = zip(self._stretch, SPEEDS, strict=True)
         inside = ca.fmax(ca.fmin(power, self.power_range[1]), self.power_range[0])
         outside, rate, log_power = power - inside, 1.0 / (inside + self.power_shift), ca.SX.sym("log_power")
-        value = chebyshev.expression(table, [log_power, speed], DEGREES[:2], lower=lower, upper=upper, kept=kept)
+        degrees = tuple(size - 1 for size in self.sizes)
+        value = chebyshev.expression(table, [log_power, speed], degrees, lower=lower, upper=upper, kept=kept)
         first = ca.jacobian(value, log_power)
         second = ca.jacobian(first, log_power)
         value, first, second = ca.substitute([value, first, second], [log_power], [ca.log(inside + self.power_shift)])
