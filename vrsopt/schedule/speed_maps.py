@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vrsopt.schedule.batched import BREACH, batched_minimum
+from vrsopt.schedule.batched import BREACH
 from vrsopt.schedule.decision import GROUND, decision_nodes
-from vrsopt.schedule.path_model import PathModelFactory
+from vrsopt.schedule.path_model import PathModel, PathModelFactory
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import ScheduleSettings
 
 DECISION_STEP = 60.0  # s
-REFINEMENTS = 5  # of the twist: 1/64 of a tenth of its range is left
+TWISTS, REFINEMENTS = 11, 5  # of the grid over the twist, and how often its spacing is halved
 UNLIMITED_RATE = 0.01  # of the nominal rotor speed per s: where it has no bound, what fuel is compared with
 NO_BOUND = 1e9  # rad/s2
 
@@ -51,12 +51,7 @@ def speed_maps(
     """
     nodes = decision_nodes(grid.profile, DECISION_STEP)
     model, mass = make_path_model(nodes.conditions()), nodes.interpolated(grid, mass)
-    least, largest = settings.box(model.bounds)[:, 1]
-    optima = [
-        batched_minimum(model, mass, box=np.array([[speed, least], [speed, largest]]), refinements=REFINEMENTS)
-        for speed in rotor_speed
-    ]
-    twist = np.stack([optimum.twist for optimum in optima], axis=1)
+    twist = _best_twist(model, mass, rotor_speed, settings.box(model.bounds)[:, 1])
     rate = settings.rotor_speed_rate or UNLIMITED_RATE * settings.nominal_rotor_speed
     still, faster, slower = (model.evaluate(mass[:, None], rotor_speed[None, :], twist, r) for r in (0.0, rate, -rate))
     excess, pressed = np.max(still.limits, axis=0), np.max(faster.limits, axis=0)
@@ -75,6 +70,23 @@ def speed_maps(
         quickest=spread(np.maximum(room, 0.0)),
         twist=spread(twist, settings.nominal_twist),
     )
+
+
+def _best_twist(model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Twist (m, K) [rad] of least fuel within the limits, between ``ends``: the best of a grid, halved in on."""
+    shape = len(mass), len(rotor_speed)
+    candidates = np.linspace(ends[0], ends[1], TWISTS if ends[1] > ends[0] else 1)
+    spacing = (ends[1] - ends[0]) / (TWISTS - 1)
+    candidates = np.broadcast_to(candidates, (*shape, len(candidates)))
+    for _ in range(1 + REFINEMENTS):
+        speeds = np.broadcast_to(rotor_speed[:, None], candidates.shape)
+        values = model.evaluate(mass[:, None], speeds.reshape(len(mass), -1), candidates.reshape(len(mass), -1))
+        merit = values.fuel_flow + BREACH * np.maximum(np.max(values.limits, axis=0), 0.0)
+        best = np.argmin(merit.reshape(candidates.shape), axis=-1)
+        centre = np.take_along_axis(candidates, best[..., None], axis=-1)
+        spacing = 0.5 * spacing
+        candidates = np.clip(centre + spacing * np.array([-1.0, 0.0, 1.0]), ends[0], ends[1])
+    return centre[..., 0]
 
 
 def _between(
