@@ -334,7 +334,7 @@ VARIANTS = [
         {"kind": "cruise", "duration_s": 90, "speed_m_s": 48},
         "tasks[3].course_deg: missing, needed where ",
     ),
-    (("tasks", 3, "distance_km"), 3, "tasks[3].distance_km = 3: unknown key, allowed: kind, speed_m_s, speed_range_m_s,"),
+    (("tasks", 3, "distance_km"), 3, "tasks[3].distance_km = 3: unknown key, allowed: kind, speed_m_s, speed_range_m"),
     (("tasks", 4, "altitude_m"), 400, "tasks[4].altitude_m = 400.0: allowed for a descent: below 300, where it beg"),
     (("tasks", 4, "altitude_m"), DELETE, "tasks[4].altitude_m: missing, needed unless a hover at the place of the cru"),
     (("tasks", 4, "climb_angle_deg"), 7.12, "tasks[4].climb_angle_deg = 7.12: allowed: a number from -30 to -0.5"),
