@@ -48,6 +48,17 @@ class SurrogatePath:
     quantity_names = QUANTITY_NAMES
 
     @property
+    def polar_inertia(self) -> float:
+        """Of the rotor and all that turns with it [kg m2]; zero without kinetic energy."""
+        return self.plant.polar_inertia
+
+    @property
+    def engine_share(self) -> float:
+        """Power of one engine per power at the main rotor's shaft."""
+        drive = self.plant.limits.aircraft.transmission
+        return drive.power_per_engine(1.0) - drive.power_per_engine(0.0)
+
+    @property
     def bounds(self) -> dict[str, tuple[Any, Any]]:
         """Mass (N,) [kg], by its load factor, rotor speed [rad/s] and twist [rad] inside the sampled box, as the day of
         the mission sees it."""
@@ -60,6 +71,11 @@ class SurrogatePath:
             "rotor_speed": (max(slowest, float(lower[1] / faster.min())), min(fastest, float(upper[1] / faster.max()))),
             "twist": (float(lower[2]), float(upper[2])),
         }
+
+    @property
+    def stated_limits(self) -> dict[str, tuple[float, str]]:
+        """What a usage of 1 stands for, by the name of the limit: a number and its unit, for people."""
+        return self.plant.limits.stated
 
     def nodes(self, index: np.ndarray) -> SurrogatePath:
         """The same aircraft at some of the nodes."""

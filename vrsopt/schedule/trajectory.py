@@ -21,6 +21,7 @@ from vrsopt.schedule import solution as results
 from vrsopt.schedule import transcription as tr
 from vrsopt.schedule.additions import Additions, extended
 from vrsopt.schedule.bounds import Bounds, Box, Corridor, LimitBounds, check_structure, row_bounds, unknown_bounds
+from vrsopt.schedule.diagnosis import ACCEPTED_RESIDUAL, diagnose
 from vrsopt.schedule.labels import column_labels
 from vrsopt.schedule.layout import FUEL_SCALE, make_layout
 from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
@@ -33,7 +34,6 @@ from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.start import start_on
 from vrsopt.schedule.trajectory_solution import Arc, Trajectory
 from vrsopt.schedule.transcription import Transcription
-from vrsopt.schedule.verdict import ACCEPTED_RESIDUAL, hopeless_place, what_is_broken
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
 from vrsopt.solvers.status import Status
 
@@ -248,7 +248,7 @@ class TrajectoryProblem:
         has_cost = self.additions.cost is not None
         optimum = results.Optimum(x, g, lam_x, lam_g, bounds, 1.0 / p[1] if has_cost else FUEL_SCALE)
         stats = solver.stats()
-        verdict = self._verdict(optimum, ipopt_status(stats), x0, takeoff_mass, settings)
+        verdict = self._verdict(optimum, stats, x0, p, takeoff_mass)
         schedule, mass = self.schedule(x, takeoff_mass)
         regularisation = float(self._maps.penalty @ x**2) * optimum.unit
         error = np.full(len(self.mesh), np.nan)
@@ -281,15 +281,11 @@ class TrajectoryProblem:
         return sizes and trajectory.transcription == self.transcription and trajectory.mesh.equals(self.mesh)
 
     def _verdict(
-        self, optimum: results.Optimum, status: Status, x0: np.ndarray, takeoff_mass: float, settings: ScheduleSettings
+        self, optimum: results.Optimum, stats: dict[str, Any], x0: np.ndarray, p: np.ndarray, takeoff_mass: float
     ) -> dict[str, Any]:
         """Success, status and message."""
+        status = ipopt_status(stats)
         if status is Status.CONVERGED and results.residual(optimum) <= ACCEPTED_RESIDUAL:
             return {"success": True, "status": status, "message": f"optimal to {self._ipopt['tol']:g}"}
-        allowed = settings.box(self.model.bounds)
-        place = hopeless_place(self._of, self.model, self._box, allowed=allowed, start=x0, takeoff_mass=takeoff_mass)
-        if place is not None:
-            message = f"no rotor speed and twist meet the limits: at best {place}"
-            return {"success": False, "status": Status.INFEASIBLE, "message": message}
-        breach = results.breaches(optimum.g, optimum.bounds)
-        return {"success": False, "status": status, "message": what_is_broken(self._of, self.rows, breach, status)}
+        found = diagnose(self, takeoff_mass, bounds=optimum.bounds, x0=x0, p=p, g=optimum.g, stats=stats)
+        return {"success": False, "status": found.status, "message": found.message}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -60,3 +61,13 @@ class Trajectory:
     status: Status
     message: str
     rounds: int = 1  # meshes it was solved on; iterations and times are those of all of them
+
+    def save(self, path: Path | str) -> None:
+        """Write it to a NetCDF file that :func:`vrsopt.load_trajectory` reads.
+
+        An existing file is replaced at once or, on an error, not at all. Raises InputError if ``path`` can not be
+        written.
+        """
+        from vrsopt.schedule.trajectory_file import save_trajectory
+
+        save_trajectory(path, self)
