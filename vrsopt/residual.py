@@ -7,7 +7,7 @@ say which equation and which bound it is about, and every output has exact deriv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -86,15 +86,26 @@ class ResidualSystem:
         return ca.Function("jacobian", [z, p], [ca.densify(ca.jacobian(r, z))])
 
     @cached_property
-    def _outputs(self) -> ca.Function:
-        z, p, _, y = self._graph
-        return ca.Function("outputs", [z, p], [y])
+    def _values(self) -> ca.Function:
+        """Residual and outputs together: they share nearly all of their expressions."""
+        z, p, r, y = self._graph
+        return ca.Function("values", [z, p], [r, y])
 
     @cached_property
-    def _derivatives(self) -> ca.Function:
-        z, p, r, y = self._graph
-        blocks = [ca.jacobian(r, p), ca.jacobian(y, z), ca.jacobian(y, p)]
-        return ca.Function("derivatives", [z, p], [ca.densify(block) for block in blocks])
+    def _slopes(self) -> dict[tuple[tuple[int, ...], tuple[int, ...]], ca.Function]:
+        return {}
+
+    def _derivatives(self, outputs: tuple[int, ...], parameters: tuple[int, ...]) -> ca.Function:
+        """Jacobian of residual and ``outputs`` with respect to unknowns and ``parameters``, in one sweep."""
+        if (outputs, parameters) not in self._slopes:
+            z, p, r, y = self._graph
+            inputs = type(p).sym("inputs", z.numel() + len(parameters))
+            free = dict(zip(parameters, ca.vertsplit(inputs)[z.numel() :], strict=True))
+            mixed = ca.vertcat(*(free.get(i, old) for i, old in enumerate(ca.vertsplit(p))))
+            values = ca.substitute([ca.vertcat(r, y[list(outputs)])], [z, p], [inputs[: z.numel()], mixed])[0]
+            slopes = ca.densify(ca.jacobian(values, inputs))
+            self._slopes[outputs, parameters] = ca.Function("derivatives", [inputs, p], [slopes])
+        return self._slopes[outputs, parameters]
 
     @cached_property
     def _widened(self) -> ca.Function:
@@ -187,6 +198,18 @@ class ResidualSystem:
             solution = replace(solution, success=False, status=status, message=f"{self.name}: {place}")
         return Branch(solution, curve.folds, float(np.max(curve.parameters)), effort)
 
+    def values(self, scaled: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Scaled residual (n,) and outputs (n_y,) at scaled unknowns (n,) and parameters (n_p,), see :meth:`vector`."""
+        r, y = self._values(scaled, parameters)
+        return r.full().ravel(), y.full().ravel()
+
+    def accepted(
+        self, parameters: np.ndarray, scaled: np.ndarray, *, values: tuple[np.ndarray, np.ndarray], iterations: int
+    ) -> Solution:
+        """Scaled unknowns (n,) that another solver found at ``parameters`` (n_p,), with the ``values`` there, checked
+        as those of :meth:`solve`: residual and bounds."""
+        return self._checked(parameters, scaled, values, Status.CONVERGED, iterations, None)
+
     def smallest_singular_value(self, solution: Solution, *, exact: bool = True) -> float:
         """Smallest singular value of the scaled Jacobian: zero at a fold, where derivatives end.
 
@@ -220,7 +243,18 @@ class ResidualSystem:
     def _solution(
         self, p: np.ndarray, z: np.ndarray, status: Status, iterations: int, factorisation: Factorisation | None
     ) -> Solution:
-        r = self._residual(z, p).full().ravel()
+        return self._checked(p, z, self.values(z, p), status, iterations, factorisation)
+
+    def _checked(
+        self,
+        p: np.ndarray,
+        z: np.ndarray,
+        values: tuple[np.ndarray, np.ndarray],
+        status: Status,
+        iterations: int,
+        factorisation: Factorisation | None,
+    ) -> Solution:
+        r, y = values
         norm = float(np.max(np.abs(r))) if np.all(np.isfinite(r)) else math.inf
         if status is Status.CONVERGED and norm >= TOLERANCE:
             status = Status.NO_PROGRESS
@@ -234,9 +268,7 @@ class ResidualSystem:
             status=status,
             message=self._message(status, z, r, iterations),
             values={unknown.name: float(value) for unknown, value in zip(self.unknowns, z * self._scale, strict=True)},
-            outputs=dict(
-                zip((out.name for out in self.outputs), self._outputs(z, p).full().ravel().tolist(), strict=True)
-            ),
+            outputs=dict(zip((out.name for out in self.outputs), y.tolist(), strict=True)),
             parameters=dict(zip((par.name for par in self.parameters), p.tolist(), strict=True)),
             residual_norm=norm,
             iterations=int(iterations),
@@ -259,19 +291,26 @@ class ResidualSystem:
 
     # -- derivatives and embedding ---------------------------------------------------------------------------------
 
-    def sensitivities(self, solution: Solution) -> dict[str, dict[str, float]]:
+    def sensitivities(
+        self, solution: Solution, *, outputs: Sequence[str] | None = None, parameters: Sequence[str] | None = None
+    ) -> dict[str, dict[str, float]]:
         """Exact d(output)/d(parameter) at a converged solution: ``result[output][parameter]``.
 
-        Implicit-function theorem: dy/dp = y_p - y_x r_x^-1 r_p. Raises :class:`InputError` for a failed solution.
+        Of all outputs and parameters, or of those named, which takes less. Implicit-function theorem:
+        dy/dp = y_p - y_x r_x^-1 r_p. Raises :class:`InputError` for a failed solution.
         """
         if not solution.success:
             raise InputError(f"{self.name}: no derivatives at a failed solution: {solution.message}")
-        p = self.vector(solution.parameters)
-        r_p, y_z, y_p = (block.full() for block in self._derivatives(solution.scaled, p))
-        total = y_p - y_z @ lu_solve(lu_factor(self._jacobian(solution.scaled, p).full()), r_p)
+        rows, columns = _places(self.outputs, outputs), _places(self.parameters, parameters)
+        p, n = self.vector(solution.parameters), len(self.unknowns)
+        inputs = np.concatenate([solution.scaled, p[list(columns)]])
+        slopes = self._derivatives(rows, columns)(inputs, p).full()
+        total = slopes[n:, n:] - slopes[n:, :n] @ lu_solve(lu_factor(slopes[:n, :n]), slopes[:n, n:])
         return {
-            output.name: {parameter.name: float(total[i, j]) for j, parameter in enumerate(self.parameters)}
-            for i, output in enumerate(self.outputs)
+            self.outputs[row].name: {
+                self.parameters[column].name: float(total[i, j]) for j, column in enumerate(columns)
+            }
+            for i, row in enumerate(rows)
         }
 
     def function(self) -> ca.Function:
@@ -284,10 +323,11 @@ class ResidualSystem:
         root = ca.rootfinder("root", "newton", self._residual, options)
         p, z0 = ca.MX.sym("p", len(self.parameters)), ca.MX.sym("z0", len(self.unknowns))
         z = root(z0, p)
+        r, y = self._values(z, p)
         return ca.Function(
             self.name.replace(" ", "_"),
             [p, z0],
-            [self._outputs(z, p), z, ca.mmax(ca.fabs(self._residual(z, p)))],
+            [y, z, ca.mmax(ca.fabs(r))],
             ["p", "z0"],
             ["y", "z", "residual"],
         )
@@ -298,3 +338,9 @@ class ResidualSystem:
         The bounds of z are in ``bounds``.
         """
         return self._graph
+
+
+def _places(known: tuple[Named, ...], wanted: Sequence[str] | None) -> tuple[int, ...]:
+    """Places of the names ``wanted`` among the ``known``, of all without any."""
+    names = [one.name for one in known]
+    return tuple(range(len(names))) if wanted is None else tuple(names.index(name) for name in wanted)

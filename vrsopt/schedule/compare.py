@@ -21,6 +21,7 @@ from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.decision import GROUND, decision_nodes
 from vrsopt.schedule.emissions import changes
+from vrsopt.schedule.flight_nodes import flight_nodes
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mission_setup import MissionSetup
@@ -164,15 +165,15 @@ class _Study:
         )
 
     def _flown(self, schedules: Mapping[str, Schedule]) -> dict[str, ScheduleResult]:
-        mass = self.loading.takeoff_mass
+        mass, nodes = self.loading.takeoff_mass, flight_nodes(self.profile, schedules.values())
         with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
             physics = joblib.Parallel(n_jobs=min(self.workers, len(schedules)))(
-                joblib.delayed(fly_physics)(self.profile, schedule, limits=self.limits, takeoff_mass=mass)
+                joblib.delayed(fly_physics)(self.profile, schedule, limits=self.limits, takeoff_mass=mass, nodes=nodes)
                 for schedule in schedules.values()
             )
         flights = {name: self.grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
         emissions = {name: self.grid.emissions(flight) for name, flight in flights.items()}
-        nodes = decision_nodes(self.profile, DECISION_STEP)
+        decisions = decision_nodes(self.profile, DECISION_STEP)
         base, base_physics = flights["nominal"].fuel, physics[0].fuel
         return {
             name: ScheduleResult(
@@ -185,7 +186,7 @@ class _Study:
                 fuel_physics_delta_percent=100 * (flown.fuel / base_physics - 1),
                 changes=changes(emissions[name], emissions["nominal"]),
                 physics_changes=changes(flown.emissions, physics[0].emissions),
-                reliance=reliance(self.make, nodes, self.grid, flights[name]),
+                reliance=reliance(self.make, decisions, self.grid, flights[name]),
             )
             for (name, schedule), flown in zip(schedules.items(), physics, strict=True)
         }

@@ -18,6 +18,19 @@ def per_segment(segment: np.ndarray, time: np.ndarray, sides: np.ndarray, nodes:
     return np.bincount(here[:-1][same], weights=0.5 * step * (sides[start, 1] + sides[end, 0]), minlength=count)
 
 
+def smooth_error(segment: np.ndarray, time: np.ndarray, sides: np.ndarray) -> float:
+    """Error of the trapezoidal rule where nodes are evenly spaced: its difference from Simpson's rule, on pairs of
+    equal steps. Jumps of the slope at other nodes cost it nothing, and are not counted."""
+    error, node = 0.0, 1
+    while node < len(time) - 1:
+        before, after = time[node] - time[node - 1], time[node + 1] - time[node]
+        if segment[node - 1] == segment[node + 1] and abs(before - after) <= 1e-6 * before:
+            error += before / 6.0 * (sides[node - 1, 1] - np.sum(sides[node]) + sides[node + 1, 0])
+            node += 1
+        node += 1
+    return float(abs(error))
+
+
 def thinned(segment: np.ndarray, stride: int) -> np.ndarray:
     """Indices of every ``stride``-th node of each segment, and of its last.
 

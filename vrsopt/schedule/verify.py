@@ -1,10 +1,9 @@
-"""A schedule flown on the full physics: trim and engine solved at every grid point, no surrogate.
+"""A schedule flown on the full physics: trim and engine solved at every node, no surrogate.
 
-The aircraft is trimmed in the steady flight that feels the same forces: heavier or lighter where it accelerates in the
-vertical plane, at the equivalent climb angle, turning to its side, near the ground where it is. The mass is integrated
-along the way with the fuel flow of the physics itself (trapezoidal rule, predicted by Euler's). Neighbouring trims
-start from each other and re-use their factorisation; where nothing changes from one segment to the next, the trim
-itself is used again. A point that is not solved makes the flight fail: nothing is interpolated over.
+The physics of a node are in :mod:`vrsopt.schedule.physics_node`. The mass is integrated along the way with the fuel
+flow of the physics itself (trapezoidal rule, predicted by Euler's). Trims start from their neighbours and carry the
+inverse Jacobian along; where nothing changes from one segment to the next, the trim itself is used again. A point that
+is not solved makes the flight fail: nothing is interpolated over.
 
 Emissions come from the combustor's network at the flown states of the engine, solved together after the flight. The
 network takes as long as thirty gas paths, so it is not solved at nodes between which the fuel flow is a straight line:
@@ -14,45 +13,38 @@ NOx and CO are straight lines there too. On the rescue mission this changes them
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vrsopt.combustor.emissions import INLET
-from vrsopt.drive_train import engine_power
-from vrsopt.errors import InputError
-from vrsopt.flat_pitch import flat_pitch_power
-from vrsopt.helicopter import Helicopter, helicopter
+from vrsopt.errors import NoSolutionError
+from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
-from vrsopt.residual import Solution
 from vrsopt.schedule.emissions import Emitted, emitted
-from vrsopt.schedule.ground_idle import ground_idle
-from vrsopt.schedule.quadrature import filled, per_segment, sparse, thinned
+from vrsopt.schedule.flight_nodes import STEP, flight_nodes
+from vrsopt.schedule.physics_node import Engines, NodePhysics, Transmission
+from vrsopt.schedule.quadrature import filled, per_segment, smooth_error, sparse
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
 from vrsopt.surrogate.emission_table import flows_of_fits
-from vrsopt.trimming import Trim
 
 if TYPE_CHECKING:
     from vrsopt.mission.conditions import Conditions
     from vrsopt.mission.profile import Profile
 
-GRID_STEP = 5.0  # s
 STRAIGHT = 5e-4  # relative: departure of the fuel flow from a straight line up to which nodes in between are left out
 LONGEST_PIECE = 12  # steps
 STEEPEST = 4.0  # relative change of an emission over that of the fuel flow: 3.7 for NOx at idle
 # A schedule that follows a limit on the surrogate may pass it by the surrogate's own error on the physics.
 ALLOWED_BREACH = 3 * ON_LIMIT
-STEEP = 0.3  # rad: a steeper climb is flown as forward and vertical speed
-SAME_MASS = 1e-5  # relative: what the prediction of the mass at the end of a segment is wrong by
 
 
 @dataclass(frozen=True)
 class PhysicsFlight:
     """A schedule flown on the physics at the N nodes of the grid, both ends of every segment among them.
 
-    fuel [kg] burned, quadrature_error [kg] (from every second node); mass (N,) [kg], fuel_flow (N,) [kg/s] with the
+    fuel [kg] burned, quadrature_error [kg] (against Simpson's rule); mass (N,) [kg], fuel_flow (N,) [kg/s] with the
     power that speeds up the rotor; usages (m, N) of LIMIT_NAMES, nan in idle; residual_norm: the largest of trim and
     engine. ``emissions`` were solved at the nodes ``emission_nodes``; None if the flight was not solved.
     """
@@ -72,22 +64,14 @@ class PhysicsFlight:
 
 
 class PhysicsPilot:
-    """Flies one schedule node by node; remembers the last trim as the start of the next."""
+    """Flies one schedule node by node."""
 
-    def __init__(self, machine: Helicopter, limits: Limits, isa_offset: float, *, kinetic_energy: bool = True) -> None:
-        self.machine, self.limits, self.isa_offset = machine, limits, isa_offset
-        rotor = machine.aircraft.main_rotor
-        self.inertia = rotor.polar_inertia if kinetic_energy else 0.0
-        self.trim: Trim | None = None
-        self.flight: Mapping[str, float] = {}  # of the trim
-        self.engine: Solution | None = None
-        self.idle: dict[float, float] = {}  # power of the rotors at flat pitch by altitude
-        self.residual_norm = 0.0
+    def __init__(self, physics: NodePhysics) -> None:
+        self.physics, self.machine = physics, physics.machine
 
-    def fly(self, profile: Profile, schedule: Schedule, *, takeoff_mass: float, step: float) -> PhysicsFlight:
-        """Fly ``schedule`` from ``takeoff_mass`` [kg] on a grid of at most ``step`` [s]."""
-        nodes = profile.grid(step)
-        count = len(nodes.time)
+    def fly(self, profile: Profile, schedule: Schedule, *, takeoff_mass: float, nodes: Conditions) -> PhysicsFlight:
+        """Fly ``schedule`` from ``takeoff_mass`` [kg] on ``nodes``, both ends of every segment among them."""
+        physics, count = self.physics, len(nodes.time)
         rotor_speed, twist = schedule.at(np.asarray(nodes.segment), np.asarray(nodes.time))
         sides, inlets = np.full((count, 2), np.nan), np.full((count, 2, len(INLET)), np.nan)
         mass, usages = np.full(count, np.nan), np.full((len(LIMIT_NAMES), count), np.nan)
@@ -100,83 +84,28 @@ class PhysicsPilot:
             before = 0.0 if first else (rotor_speed[i] - rotor_speed[i - 1]) / (nodes.time[i] - nodes.time[i - 1])
             after = 0.0 if last else (rotor_speed[i + 1] - rotor_speed[i]) / (nodes.time[i + 1] - nodes.time[i])
             predicted = here if first else here - sides[i - 1, 1] * (nodes.time[i] - nodes.time[i - 1])
-            flight = self._flight(nodes, i, predicted, rotor_speed[i], twist[i])
-            rates = (after,) if first else (before,) if last else (before, after)
-            states, usages[:, i], message = self._node(flight, rates, nodes.idle[i], nodes.ground_idle[i])
-            if message:
+            rates = (after, after) if first else (before, before) if last else (before, after)
+            try:
+                both = self._sides(nodes, i, mass=predicted, rotor_speed=rotor_speed[i], twist=twist[i], rates=rates)
+            except NoSolutionError as error:
                 task = profile.segments[nodes.segment[i]].task
-                message = f"no physics at {nodes.time[i]:.0f} s ({task}): {message}"
+                message = f"no physics at {nodes.time[i]:.0f} s ({task}): {error}"
                 break
-            inlets[i] = [[state[name] for name in INLET.values()] for state in (states[0], states[-1])]
-            sides[i] = [self.machine.aircraft.transmission.engines * s["fuel_flow"] for s in (states[0], states[-1])]
+            usages[:, i] = np.maximum(both[0].usages, both[1].usages)
+            inlets[i] = [[side.state.outputs[name] for name in INLET.values()] for side in both]
+            sides[i] = [physics.engines * side.state.outputs["fuel_flow"] for side in both]
             if not first:
                 here -= 0.5 * (sides[i - 1, 1] + sides[i, 0]) * (nodes.time[i] - nodes.time[i - 1])
             mass[i] = here
         return self._judged(profile, nodes, mass, sides, inlets, usages, message)
 
-    def _flight(self, nodes: Conditions, i: int, mass: float, rotor_speed: float, twist: float) -> dict[str, float]:
-        """The steady flight with the forces of node ``i``, see :func:`vrsopt.flight.trim_parameters`."""
-        rotor, speed, angle = self.machine.aircraft.main_rotor, nodes.speed[i], nodes.equivalent_climb_angle[i]
-        steep = abs(angle) > STEEP
-        return {
-            "mass": float(mass * nodes.load_factor[i] / nodes.turn_load_factor[i]),
-            "altitude": float(nodes.altitude[i]),
-            "isa_offset": self.isa_offset,
-            "speed": float(speed * np.cos(angle) if steep else speed),
-            "climb_angle": 0.0 if steep else float(angle),
-            "vertical_speed": float(speed * np.sin(angle)) if steep else 0.0,
-            "load_factor": float(nodes.turn_load_factor[i]),
-            "turn": float(nodes.turn[i]),
-            "ground_proximity": float(rotor.radius / (nodes.height[i] + rotor.hub_above_skids)),
-            "rotor_speed": float(rotor_speed),
-            "twist": float(twist),
-        }
-
-    def _node(
-        self, flight: Mapping[str, float], rates: tuple[float, ...], idle: bool, at_ground_idle: bool
-    ) -> tuple[list[Mapping[str, float]], np.ndarray, str]:
-        """Outputs of one engine for each rate of the rotor speed, the larger usage of each limit, what went wrong."""
-        nothing, place = np.full(len(LIMIT_NAMES), np.nan), {"altitude": flight["altitude"]}
-        if at_ground_idle:
-            engine = ground_idle(self.machine.engine, **place, isa_offset=self.isa_offset)
-            return [engine.outputs], nothing, ""
-        if idle:
-            if flight["altitude"] not in self.idle:
-                power = flat_pitch_power(self.machine.aircraft, **place, isa_offset=self.isa_offset)
-                self.idle[flight["altitude"]] = power
-            rotor_power = self.idle[flight["altitude"]]
-        else:
-            try:
-                trim = self._trimmed(flight)
-            except InputError as error:  # a turn too tight for the trim
-                return [], nothing, str(error)
-            if not trim.success:
-                return [], nothing, trim.reason or trim.solution.message
-            rotor_power = trim.power
-        states: list[Mapping[str, float]] = []
-        usages: list[list[float]] = []
-        for rate in rates:
-            kinetic = self.inertia * flight["rotor_speed"] * rate
-            power = float(engine_power(self.machine.aircraft, self.machine.engine, rotor_power + kinetic))
-            engine = self.machine.engine_state(power, flight, guess=self.engine)
-            if not engine.success:
-                return [], nothing, engine.message
-            self.engine = engine
-            self.residual_norm = max(self.residual_norm, engine.residual_norm)
-            states.append(engine.outputs)
-            if not idle:
-                usages.append(list(self.machine.usages(flight, trim.solution, engine, power, self.limits).values()))
-        return states, np.max(usages, axis=0) if usages else nothing, ""
-
-    def _trimmed(self, flight: Mapping[str, float]) -> Trim:
-        """The trim of ``flight``: the last one if that is the same flight, as at most edges between segments."""
-        if self.trim is not None and _same(flight, self.flight):
-            return self.trim
-        trim = self.machine.trim(flight, guess=self.trim.solution if self.trim else None)
-        if trim.success:
-            self.trim, self.flight = trim, flight
-            self.residual_norm = max(self.residual_norm, trim.solution.residual_norm)
-        return trim
+    def _sides(
+        self, nodes: Conditions, i: int, *, mass: float, rotor_speed: float, twist: float, rates: tuple[float, float]
+    ) -> tuple[Engines, Engines]:
+        """One engine before and after node ``i``, with the rates [rad/s2] of the rotor speed there."""
+        rotors = self.physics.rotors(nodes, i, mass=mass, rotor_speed=rotor_speed, twist=twist)
+        before = self.physics.engine(rotors, rates[0])
+        return before, before if rates[1] == rates[0] else self.physics.engine(rotors, rates[1])
 
     def _emissions(
         self, profile: Profile, segment: np.ndarray, time: np.ndarray, sides: np.ndarray, inlets: np.ndarray
@@ -210,13 +139,11 @@ class PhysicsPilot:
         message: str,
     ) -> PhysicsFlight:
         segment, time = np.asarray(nodes.segment), np.asarray(nodes.time)
-        fuel = coarse = math.nan
+        fuel = error = math.nan
         emission_nodes, emissions = np.array([], dtype=int), None
         if not message:
-            fuel, coarse = (
-                float(np.sum(per_segment(segment, time, sides, some, len(profile.segments))))
-                for some in (np.arange(len(time)), thinned(segment, 2))
-            )
+            fuel = float(np.sum(per_segment(segment, time, sides, np.arange(len(time)), len(profile.segments))))
+            error = smooth_error(segment, time, sides)
             emission_nodes, emissions, message = self._emissions(profile, segment, time, sides, inlets)
             message = message or _worst(profile, segment, time, usages)
         return PhysicsFlight(
@@ -226,8 +153,8 @@ class PhysicsPilot:
             fuel_flow=sides.mean(axis=1),
             usages=usages,
             fuel=fuel,
-            quadrature_error=abs(coarse - fuel) / 3.0,
-            residual_norm=self.residual_norm,
+            quadrature_error=error,
+            residual_norm=self.physics.residual_norm,
             emission_nodes=emission_nodes,
             emissions=emissions,
             success=not message,
@@ -241,19 +168,27 @@ def fly_physics(
     *,
     limits: Limits,
     takeoff_mass: float,
-    step: float = GRID_STEP,
+    step: float = STEP,
+    nodes: Conditions | None = None,
     kinetic_energy: bool = True,
+    spin_down_credit: bool = True,
+    transmission: Transmission = "fixed",
 ) -> PhysicsFlight:
-    """Fly ``schedule`` on the physics from ``takeoff_mass`` [kg]; a function of its own for worker processes."""
-    pilot = PhysicsPilot(helicopter(limits.aircraft), limits, profile.isa_offset, kinetic_energy=kinetic_energy)
-    return pilot.fly(profile, schedule, takeoff_mass=takeoff_mass, step=step)
+    """Fly ``schedule`` on the physics from ``takeoff_mass`` [kg]; a function of its own for worker processes.
 
-
-def _same(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
-    """Whether two flights are one but for an error of the predicted mass."""
-    return math.isclose(one["mass"], other["mass"], rel_tol=SAME_MASS) and all(
-        math.isclose(value, other[name], rel_tol=1e-9, abs_tol=1e-9) for name, value in one.items() if name != "mass"
+    On ``nodes``, if given (several schedules are compared on the same), else on those of the schedule itself, at most
+    ``step`` [s] apart. For the other options see :class:`NodePhysics`.
+    """
+    physics = NodePhysics(
+        helicopter(limits.aircraft),
+        limits,
+        profile.isa_offset,
+        kinetic_energy=kinetic_energy,
+        spin_down_credit=spin_down_credit,
+        transmission=transmission,
     )
+    nodes = flight_nodes(profile, [schedule], step=step) if nodes is None else nodes
+    return PhysicsPilot(physics).fly(profile, schedule, takeoff_mass=takeoff_mass, nodes=nodes)
 
 
 def _errors(
