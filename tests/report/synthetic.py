@@ -148,6 +148,8 @@ class Formula:
 
     limit_names = LIMIT_NAMES
     bounds = {"mass": (1400.0, 2500.0), "rotor_speed": (31.0, 51.5), "twist": (0.1, 0.29)}
+    quantity_names = ()
+    polar_inertia, engine_share = 900.0, 1.0 / 1.8
 
     def __init__(self, conditions: Any) -> None:
         self.conditions = conditions
@@ -178,7 +180,7 @@ class Formula:
     def nodes(self, index: np.ndarray) -> Any:
         raise NotImplementedError
 
-    def function(self) -> Any:
+    def function(self, quantities: Any = ()) -> Any:
         raise NotImplementedError
 
 

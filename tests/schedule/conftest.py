@@ -70,6 +70,7 @@ class AnalyticModel:
 
     def __init__(self, aircraft: Aircraft, coefficients: np.ndarray) -> None:
         self.aircraft, self.coefficients = aircraft, coefficients
+        self.polar_inertia, self.engine_share = aircraft.inertia, 0.5
 
     def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
         arguments = np.broadcast_arrays(mass, rotor_speed, twist, rotor_speed_rate)

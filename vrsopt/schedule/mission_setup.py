@@ -54,7 +54,7 @@ class MissionSetup:
         self.settings = schedule_settings(mission, self.machine)
         self.make = SurrogateAircraft(self.surrogate, self.limits, isa_offset=mission.isa_offset_k)
         say("surrogate along the mission")
-        self.grid = FlightGrid(self.profile, self.make)
+        self.grid = FlightGrid(self.profile, self.make, settings=self.settings)
         self.nominal = nominal_schedule(self.profile, self.settings)
 
     @cached_property

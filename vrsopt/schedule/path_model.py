@@ -44,6 +44,16 @@ class PathModel(Protocol):
         ...
 
     @property
+    def polar_inertia(self) -> float:
+        """Of all that turns with the main rotor [kg m2]; zero leaves its kinetic energy out."""
+        ...
+
+    @property
+    def engine_share(self) -> float:
+        """Power of one engine per power at the main rotor's shaft, above the engines' idle."""
+        ...
+
+    @property
     def bounds(self) -> Mapping[str, tuple[Any, Any]]:
         """Lower and upper ends of ``mass`` [kg], ``rotor_speed`` [rad/s] and ``twist`` [rad] where the model holds.
 

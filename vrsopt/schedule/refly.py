@@ -21,7 +21,8 @@ from vrsopt.errors import InputError
 from vrsopt.schedule.emissions import Emitted, emitted
 from vrsopt.schedule.path_model import PathModelFactory, PathValues
 from vrsopt.schedule.quadrature import mean_of_sides, thinned
-from vrsopt.schedule.schedule import ON_LIMIT, Schedule
+from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
+from vrsopt.schedule.violation import Violation, too_long_stays
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Conditions, Profile
@@ -32,19 +33,6 @@ MASS_TOLERANCE = 1e-10  # of the take-off mass: where the sweeps over the mass h
 MAX_SWEEPS = 30
 SAME_MASS = 1e-6  # kg, by which a mass may be outside those for which the aircraft's model holds
 JUMP = 1e-9  # relative change across a segment edge that counts as a jump
-
-
-@dataclass(frozen=True)
-class Violation:
-    """The worst breach of one limit: which, in which task, when [s], and by how much (0.01 is 1 % over)."""
-
-    limit: str
-    task: str
-    time: float
-    excess: float
-
-    def __str__(self) -> str:
-        return f"{self.limit} {100 * self.excess:.2f} % over its limit at {self.time:.0f} s ({self.task})"
 
 
 @dataclass(frozen=True)
@@ -64,6 +52,7 @@ class Flight:
     quadrature_error: float  # kg, estimated from the grid of twice the step
     max_rotor_speed_rate: float  # rad/s2, inf if the schedule jumps
     max_twist_rate: float  # rad/s, inf if the schedule jumps
+    max_rotor_speed_acceleration: float  # rad/s3, between the schedule's own nodes; inf if it jumps
     time_on_limits: Mapping[str, float]  # share of the mission time with the limit active (within 0.1 %)
     violations: tuple[Violation, ...]
     sweeps: int
@@ -91,9 +80,19 @@ class _Sweeps:
 class FlightGrid:
     """The fine grid of a mission and the aircraft along it, built once and flown with any schedule."""
 
-    def __init__(self, profile: Profile, make_path_model: PathModelFactory, *, step: float = 1.0) -> None:
-        """Nodes at most ``step`` [s] apart, with both ends of every segment."""
-        self.profile = profile
+    def __init__(
+        self,
+        profile: Profile,
+        make_path_model: PathModelFactory,
+        *,
+        step: float = 1.0,
+        settings: ScheduleSettings | None = None,
+    ) -> None:
+        """Nodes at most ``step`` [s] apart, with both ends of every segment.
+
+        Of ``settings`` the credit for spin-down and the forbidden bands apply to every flight.
+        """
+        self.profile, self.settings = profile, settings or ScheduleSettings()
         self.conditions = even_grid(profile, step)
         self.model = make_path_model(self.conditions)
         self.segment = np.asarray(self.conditions.segment)
@@ -128,7 +127,8 @@ class FlightGrid:
         return self._evaluate(mass, rotor_speed, twist, self.rates(rotor_speed)[0])
 
     def _evaluate(self, mass: np.ndarray, rotor_speed: np.ndarray, twist: np.ndarray, rate: np.ndarray) -> PathValues:
-        return self.model.evaluate(mass[:, None], rotor_speed[:, None], twist[:, None], rate)
+        charged = rate if self.settings.spin_down_credit else np.maximum(rate, 0.0)
+        return self.model.evaluate(mass[:, None], rotor_speed[:, None], twist[:, None], charged)
 
     def _burn(self, fuel_flow: np.ndarray, nodes: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Fuel [kg] burned before each of ``nodes``, by the trapezoidal rule."""
@@ -189,7 +189,7 @@ class FlightGrid:
         rate, step = self.rates(rotor_speed, self._coarse)
         coarse = self._burn(self._evaluate(last.mass, rotor_speed, twist, rate).fuel_flow, self._coarse, step)
         limits = self.flyable_limits(values)
-        violations = self.worst(limits)
+        violations = (*self.worst(limits), *self._stays(rotor_speed))
         problem = self._problem(values, last.change, takeoff_mass) or "; ".join(
             str(violation) for violation in violations
         )
@@ -207,6 +207,7 @@ class FlightGrid:
             quadrature_error=abs(float(coarse[-1] - burned[-1])) / 3.0,
             max_rotor_speed_rate=self._max_rate(rotor_speed),
             max_twist_rate=self._max_rate(twist),
+            max_rotor_speed_acceleration=self._max_acceleration(schedule),
             time_on_limits=self._time_on_limits(limits),
             violations=violations,
             sweeps=last.count,
@@ -255,6 +256,26 @@ class FlightGrid:
         if np.any(np.abs(np.diff(values))[across] > JUMP * np.max(np.abs(values))):
             return float("inf")
         return float(np.max(np.abs(self.rates(values)[0])))
+
+    def _max_acceleration(self, schedule: Schedule) -> float:
+        """Largest change of the rate per time [rad/s3] from one piece of the schedule to the next."""
+        if not np.isfinite(self._max_rate(schedule.at(self.segment, self.time)[0])):
+            return float("inf")
+        step = np.diff(schedule.time)
+        pieces = step > 0.0
+        rate = np.diff(schedule.rotor_speed)[pieces] / step[pieces]
+        apart = 0.5 * (step[pieces][1:] + step[pieces][:-1])
+        return float(np.max(np.abs(np.diff(rate)) / apart, initial=0.0))
+
+    def _stays(self, rotor_speed: np.ndarray) -> tuple[Violation, ...]:
+        settings = self.settings
+        return too_long_stays(
+            settings.forbidden_bands,
+            nominal=settings.nominal_rotor_speed,
+            tasks=[self.profile.segments[index].task for index in self.segment] if settings.forbidden_bands else [],
+            time=self.time,
+            rotor_speed=rotor_speed,
+        )
 
     def _time_on_limits(self, limits: np.ndarray) -> dict[str, float]:
         step = self.rates(self.time)[1]
