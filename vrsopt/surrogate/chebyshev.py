@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vrsopt.errors import InputError
+from vrsopt.surrogate.box import check_inside
 
 Array = NDArray[np.float64]
 BOX_TOLERANCE = 1e-6  # of a range: what an NLP solver oversteps its bounds by
@@ -200,11 +201,5 @@ def contract(table: Array, axes: Sequence[int], points: Array, *, lower: ArrayLi
 
 
 def _check_box(points: Array, lower: Array, upper: Array) -> None:
-    margin = BOX_TOLERANCE * (upper - lower)
-    inside = (points >= lower - margin) & (points <= upper + margin)
-    if not np.all(inside):
-        position = np.unravel_index(int(np.argmin(inside)), inside.shape)
-        k = int(position[-1])
-        raise InputError(
-            f"chebyshev: input {k} = {points[position]:g}: outside the tabulated box {lower[k]:g} to {upper[k]:g}"
-        )
+    names = [f"input {k}" for k in range(len(lower))]
+    check_inside(points, lower, upper, tolerance=BOX_TOLERANCE, names=names, model="chebyshev", box="tabulated")

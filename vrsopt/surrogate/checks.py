@@ -12,6 +12,7 @@ from sklearn.utils import column_or_1d
 
 from vrsopt.errors import InputError
 from vrsopt.surrogate import trend as trends
+from vrsopt.surrogate.box import check_inside
 from vrsopt.surrogate.correlation import Array
 from vrsopt.surrogate.gradient_enhanced import joint_basis
 from vrsopt.surrogate.state import KrigingState
@@ -97,11 +98,4 @@ def check_box(state: KrigingState, points: Array) -> None:
 
 def check_bounds(names: Sequence[str], lower: Array, upper: Array, points: Array) -> None:
     """Raise :class:`InputError` for the first of ``points`` (..., d) outside [lower, upper], or not a number."""
-    margin = BOX_TOLERANCE * (upper - lower)
-    inside = (points >= lower - margin) & (points <= upper + margin)
-    if not np.all(inside):
-        position = np.unravel_index(int(np.argmin(inside)), inside.shape)
-        k = int(position[-1])
-        raise InputError(
-            f"kriging: {names[k]} = {points[position]:g}: outside the sampled box {lower[k]:g} to {upper[k]:g}"
-        )
+    check_inside(points, lower, upper, tolerance=BOX_TOLERANCE, names=names, model="kriging", box="sampled")
