@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from pymoo.optimize import minimize
 from rich.progress import track
 
 from vrsopt.errors import InputError
+from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.batched import PointOptima, point_optima
 from vrsopt.schedule.path_model import PathModel
 
@@ -23,25 +24,29 @@ POPULATION_PER_VARIABLE = 25  # as in the reference study
 
 @dataclass(frozen=True)
 class GeneticOptions:
-    """A node's search stops when its best fuel flow has fallen by less than ``tolerance`` of itself over ``period``
-    generations, at the latest after ``most_generations``."""
+    """A node's search stops when the average change of its variables, each over its range, is at most ``tolerance``,
+    at the latest after ``most_generations``.
+
+    The reference study states the tolerance and not of what: here it is the best point's, on average over the variables
+    and the last ``period`` generations. At 1e-15 that is a best point which does not move any more.
+    """
 
     seed: int = 1
-    tolerance: float = 1e-6
-    period: int = 15
-    most_generations: int = 200
+    tolerance: float = 1e-15
+    period: int = 8
+    most_generations: int = 400
 
 
 class _NodeProblem(Problem):
-    """Least fuel flow at one node, of the variables that are free."""
+    """Least fuel flow at one node, of the variables that are free; inside a forbidden band is outside a limit."""
 
-    def __init__(self, model: PathModel, mass: float, box: np.ndarray) -> None:
-        self.model, self.mass, self.box = model, mass, box
+    def __init__(self, model: PathModel, mass: float, box: np.ndarray, bands: Sequence[ForbiddenBand]) -> None:
+        self.model, self.mass, self.box, self.bands = model, mass, box, bands
         self.free = box[1] > box[0]
         super().__init__(
             n_var=int(self.free.sum()),
             n_obj=1,
-            n_ieq_constr=len(model.limit_names),
+            n_ieq_constr=len(model.limit_names) + len(bands),
             xl=box[0, self.free],
             xu=box[1, self.free],
         )
@@ -56,27 +61,27 @@ class _NodeProblem(Problem):
         both = self.point(x)
         values = self.model.evaluate(np.array([[self.mass]]), both[None, :, 0], both[None, :, 1])
         out["F"] = values.fuel_flow[0][:, None]
-        out["G"] = values.limits[:, 0, :].T
+        inside = [np.minimum(both[:, 0] - band.lower, band.upper - both[:, 0]) / band.upper for band in self.bands]
+        out["G"] = np.stack([*values.limits[:, 0, :], *inside], axis=1)
 
 
 class _Settled(Termination):
-    """Stop when the best point has not improved noticeably for a while."""
+    """The criterion of :class:`GeneticOptions`."""
 
     def __init__(self, options: GeneticOptions) -> None:
         super().__init__()
         self.options = options
-        self.history: list[tuple[float, float]] = []
+        self.history: list[np.ndarray] = []  # best points, each variable over its range
 
     def _update(self, algorithm: Any) -> float:
-        best = algorithm.opt[0]
-        self.history.append((float(best.CV[0]), float(best.F[0])))
+        problem, best = algorithm.problem, algorithm.opt[0]
+        self.history.append((best.X - problem.xl) / (problem.xu - problem.xl))
         if len(self.history) >= self.options.most_generations:
             return 1.0
         if len(self.history) <= self.options.period:
             return 0.0
-        (old_breach, old_fuel), (breach, fuel) = self.history[-1 - self.options.period], self.history[-1]
-        settled = old_breach == breach and old_fuel - fuel <= self.options.tolerance * fuel
-        return 1.0 if settled else 0.0
+        recent = np.array(self.history[-1 - self.options.period :])
+        return 1.0 if np.mean(np.abs(np.diff(recent, axis=0))) <= self.options.tolerance else 0.0
 
 
 def genetic_minimum(
@@ -84,6 +89,7 @@ def genetic_minimum(
     mass: np.ndarray,
     *,
     box: np.ndarray,
+    bands: Sequence[ForbiddenBand] = (),
     options: GeneticOptions | None = None,
     workers: int = 1,
     progress: bool = False,
@@ -91,13 +97,14 @@ def genetic_minimum(
     """NSGA-II at each node of ``model``: optima (N,) and the generations (N,) they took.
 
     ``mass`` (N,) [kg]; ``box`` (2, 2) lower and upper rotor speed [rad/s] and twist [rad], a variable with equal ends
-    is held. Each node has its own seed, so the result does not depend on ``workers``, the number of processes.
+    is held; ``bands`` of rotor speed are left out. Each node has its own seed, so the result does not depend on
+    ``workers``, the number of processes.
     """
     options = options or GeneticOptions()
     if not np.any(box[1] > box[0]):
         raise InputError("pointwise schedule: variables: at least one of rotor speed and twist must be free")
     chunks = np.array_split(np.arange(len(mass)), max(1, min(8 * workers, len(mass))))
-    jobs = (delayed(_search)(model.nodes(chunk), mass[chunk], box, options, chunk) for chunk in chunks)
+    jobs = (delayed(_search)(model.nodes(chunk), mass[chunk], box, bands, options, chunk) for chunk in chunks)
     parts: Iterable[np.ndarray] = Parallel(n_jobs=workers, return_as="generator")(jobs)
     if progress:
         parts = track(parts, total=len(chunks), description="pointwise")
@@ -106,12 +113,17 @@ def genetic_minimum(
 
 
 def _search(
-    model: PathModel, mass: np.ndarray, box: np.ndarray, options: GeneticOptions, names: np.ndarray
+    model: PathModel,
+    mass: np.ndarray,
+    box: np.ndarray,
+    bands: Sequence[ForbiddenBand],
+    options: GeneticOptions,
+    names: np.ndarray,
 ) -> np.ndarray:
     """Rotor speed, twist and generations (n, 3) at the nodes of a chunk; ``names`` (n,) are their seeds."""
     found = np.empty((len(mass), 3))
     for k, name in enumerate(names):
-        problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box)
+        problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box, bands)
         settled = _Settled(options)
         algorithm = NSGA2(pop_size=POPULATION_PER_VARIABLE * problem.n_var)
         result = minimize(

@@ -1,7 +1,7 @@
 """The schedule that takes the least fuel flow at every decision step by itself, blind to rates of change.
 
-The reference study's method: NSGA-II on rotor speed and twist, population 25 per variable. The nested grids of
-:mod:`vrsopt.schedule.batched` give the same optimum much faster: they say at which mass and at which nodes to search.
+The reference study's method: NSGA-II on rotor speed and twist, population 25 per variable. The batched search of
+:mod:`vrsopt.schedule.batched` gives the same optimum much faster: it says at which mass and at which nodes to search.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.schedule.across_bands import across_bands
 from vrsopt.schedule.batched import PointOptima, batched_minimum
 from vrsopt.schedule.decision import DecisionNodes, decision_nodes
 from vrsopt.schedule.nominal import nominal_schedule
@@ -48,20 +49,23 @@ def pointwise_schedule(
 
     The mass history burns the schedule's own fuel: sweeps of batched optimum and flight on the fine ``grid`` (made if
     there is none). Where the flight between two nodes breaks a limit that both of them keep, there will be a node.
-    NSGA-II then searches at these nodes and masses. The result does not depend on ``workers``. A node without any
-    allowed point, or one stopped by the cap on the generations, makes ``success`` false.
+    NSGA-II then searches at these nodes and masses. No node has a rotor speed inside a forbidden band, and a step
+    across one takes no longer than allowed; a band that may not be crossed is kept off on the nominal side. The result
+    does not depend on ``workers``. A node without any allowed point, or one stopped by the cap on the generations,
+    makes ``success`` false.
     """
     settings = settings or ScheduleSettings()
     if method not in ("nsga2", "batched"):
         raise InputError(f"pointwise schedule: method = {method}: must be nsga2 or batched")
+    bands = settings.forbidden_bands
     nodes = decision_nodes(profile, decision_step)
     grid = grid or FlightGrid(profile, make_path_model)
     schedule = nominal_schedule(profile, settings)
     model = make_path_model(nodes.conditions())
     for sweep in range(MAX_SWEEPS):
         mass = _mass(nodes, grid, schedule, takeoff_mass, model)
-        box = settings.box(model.bounds)
-        schedule = _schedule(nodes, model, batched_minimum(model, mass, box=box), settings)
+        box = _reachable(settings.box(model.bounds), settings)
+        schedule = _schedule(nodes, model, batched_minimum(model, mass, box=box, bands=bands), settings)
         if sweep + 1 < MASS_SWEEPS:
             continue
         more = _broken_between(nodes, grid.fly(schedule, takeoff_mass=takeoff_mass))
@@ -76,8 +80,21 @@ def pointwise_schedule(
 
     genetic = genetic or GeneticOptions()
     mass = _mass(nodes, grid, schedule, takeoff_mass, model)
-    optima, generations = genetic_minimum(model, mass, box=box, options=genetic, workers=workers, progress=progress)
+    optima, generations = genetic_minimum(
+        model, mass, box=box, bands=bands, options=genetic, workers=workers, progress=progress
+    )
     return _schedule(nodes, model, optima, settings, generations=generations, cap=genetic.most_generations)
+
+
+def _reachable(box: np.ndarray, settings: ScheduleSettings) -> np.ndarray:
+    """The box without what lies beyond a band that may not be crossed, as seen from the nominal rotor speed."""
+    box = box.copy()
+    for band in settings.forbidden_bands:
+        if band.crossing_time == 0.0 and settings.nominal_rotor_speed < band.upper:
+            box[1, 0] = min(box[1, 0], band.lower)
+        elif band.crossing_time == 0.0:
+            box[0, 0] = max(box[0, 0], band.upper)
+    return box
 
 
 def _mass(
@@ -131,12 +148,19 @@ def _schedule(
             float(optima.excess[worst]),
         )
         status, message = Status.INFEASIBLE, f"no rotor speed and twist meet the limits: at best {violation}"
+    segment, time, rotor_speed, twist = across_bands(
+        nodes.segment,
+        nodes.time,
+        nodes.spread(optima.rotor_speed, settings.nominal_rotor_speed),
+        nodes.spread(optima.twist, settings.nominal_twist),
+        settings.forbidden_bands,
+    )
     return Schedule(
         name="pointwise",
-        segment=nodes.segment,
-        time=nodes.time,
-        rotor_speed=nodes.spread(optima.rotor_speed, settings.nominal_rotor_speed),
-        twist=nodes.spread(optima.twist, settings.nominal_twist),
+        segment=segment,
+        time=time,
+        rotor_speed=rotor_speed,
+        twist=twist,
         success=status is Status.CONVERGED,
         status=status,
         message=message,
