@@ -17,20 +17,25 @@ FLYABLE = 130
 KEYS = ("pearson_percent", "slope_deg", "bias_percent", "mean_abs_error_percent", "rms_error_percent")
 
 
+def _sample(path, flyable, *, evaluate=rotor.evaluate, derivatives=("power",)):
+    """A design of experiments in level flight with ``flyable`` flyable points."""
+    sample(
+        path,
+        evaluate=evaluate,
+        space=LEVEL,
+        outputs=("power", "blade_loading"),
+        derivatives=derivatives,
+        model_version="test",
+        data_hash="0" * 8,
+        samples=flyable,
+        workers=1,
+    )
+
+
 @pytest.fixture(scope="module")
 def design(tmp_path_factory):
     path = tmp_path_factory.mktemp("training") / "doe.db"
-    sample(
-        path,
-        evaluate=rotor.evaluate,
-        space=LEVEL,
-        outputs=("power", "blade_loading"),
-        derivatives=("power",),
-        model_version="test",
-        data_hash="0" * 8,
-        samples=FLYABLE,
-        workers=1,
-    )
+    _sample(path, FLYABLE)
     return path
 
 
@@ -114,17 +119,7 @@ def test_a_design_is_not_overwritten_and_needs_points(design, tmp_path):
     with pytest.raises(InputError, match="it is the design of experiments itself"):
         fit(design, design)
     few = tmp_path / "few.db"
-    sample(
-        few,
-        evaluate=rotor.evaluate,
-        space=LEVEL,
-        outputs=("power", "blade_loading"),
-        derivatives=("power",),
-        model_version="test",
-        data_hash="0" * 8,
-        samples=99,
-        workers=1,
-    )
+    _sample(few, 99)
     with pytest.raises(InputError, match="99 flyable points: at least 100"):
         fit(few)
 
@@ -136,8 +131,7 @@ def still(inputs):
 
 def test_a_design_without_derivatives_and_an_output_that_does_not_vary_are_named(tmp_path):
     path = tmp_path / "still.db"
-    settings = {"space": LEVEL, "outputs": ("power", "blade_loading"), "model_version": "test", "data_hash": "0" * 8}
-    sample(path, evaluate=still, **settings, samples=100, workers=1)
+    _sample(path, 100, evaluate=still, derivatives=())
     with pytest.raises(InputError, match="still.db: no derivatives are stored in it"):
         fit(path, gradient_enhanced=True)
     with pytest.raises(InputError, match="fit: blade_loading: kriging: y = 0.1 in all 100 rows"):
