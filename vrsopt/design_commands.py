@@ -12,8 +12,6 @@ from vrsopt.console import check_file, print_json
 from vrsopt.errors import InputError
 from vrsopt.options import AsJson, count
 
-MOST_WORKERS = 1024  # more do not fit into one machine
-
 
 def sample(
     out: Annotated[Path, typer.Option(help="Design of experiments to write (SQLite).")],
@@ -128,10 +126,6 @@ def fit(
       vrsopt fit doe.db --out surrogate.nc --gradient-enhanced --samples 300
     """
     check_file(out)
-    if out.exists() and design.exists() and out.samefile(design):
-        raise InputError(f"{out}: can not be written: it is the design of experiments itself")
-    if workers > MOST_WORKERS:
-        raise InputError(f"fit: workers = {workers}: at most {MOST_WORKERS}")
     from vrsopt.surrogate.training import fit as fitted
 
     result = fitted(

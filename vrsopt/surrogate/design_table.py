@@ -71,7 +71,7 @@ def dataset(database: Database) -> xr.Dataset:
 
 def write_netcdf(database: Database, path: Path) -> None:
     """Write the data set as NetCDF (classic format, 64-bit offsets); the seed, which may be long, as text."""
-    _check_target(database, path)
+    check_target(database.path, path)
     data = dataset(database)
     data.attrs["seed"] = str(data.attrs["seed"])
     content = bytes(data.to_netcdf(None, engine="scipy", format="NETCDF3_64BIT"))
@@ -83,7 +83,7 @@ def write_netcdf(database: Database, path: Path) -> None:
 
 def write_csv(database: Database, path: Path) -> None:
     """Write one line per point, numbers to the last bit, empty where there is none."""
-    _check_target(database, path)
+    check_target(database.path, path)
     meta, rows = database.meta, database.rows()
     slopes = database.derivatives(flyable=False)
     points = rows.pop("point")
@@ -102,8 +102,9 @@ def write_csv(database: Database, path: Path) -> None:
         raise InputError(f"{path}: can not be written: {error.strerror}") from None
 
 
-def _check_target(database: Database, path: Path) -> None:
-    if path.exists() and path.samefile(database.path):
+def check_target(design: Path, path: Path) -> None:
+    """Raise :class:`InputError` if writing to ``path`` would overwrite the ``design`` it comes from."""
+    if path.exists() and design.exists() and path.samefile(design):
         raise InputError(f"{path}: can not be written: it is the design of experiments itself")
 
 

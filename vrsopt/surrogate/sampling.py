@@ -27,6 +27,7 @@ from vrsopt.surrogate.database import FLYABLE, Database, DesignMeta, PointRecord
 from vrsopt.surrogate.sequence import Sequence
 from vrsopt.surrogate.space import Space
 
+WORKERS = (1, 1024)  # processes; more do not fit into one machine
 MOST_POINTS = 20  # points per flyable one wanted, after which a model is taken to have no flyable ones to speak of
 
 Evaluate = Callable[[dict[str, float]], PointRecord]
@@ -88,7 +89,7 @@ def sample(
     another model, data, space, method, seed or of more samples, and a cluster that can not be used;
     :class:`NoSolutionError` if too few points are flyable after 20 times as many.
     """
-    _check_counts("sample", samples=(samples, 1, 10**6), workers=(workers, 1, 1024), seed=(seed, 0, 2**63 - 1))
+    check_counts("sample", samples=(samples, 1, 10**6), workers=(workers, *WORKERS), seed=(seed, 0, 2**63 - 1))
     meta = DesignMeta(
         model_version,
         data_hash,
@@ -131,7 +132,7 @@ def add_points(
     run that was killed is continued by the same call. They are rows like others, after those of the design's sequence.
     Raises :class:`InputError` for points outside the box, and a design of another model or data.
     """
-    _check_counts("add_points", workers=(workers, 1, 1024))
+    check_counts("add_points", workers=(workers, *WORKERS))
     expected = {"model_version": model_version, "data_hash": data_hash}
     with (
         cluster.connect(dask) if dask is not None else nullcontext() as client,
@@ -146,7 +147,8 @@ def add_points(
         return _summary(database)
 
 
-def _check_counts(verb: str, **counts: tuple[int, int, int]) -> None:
+def check_counts(verb: str, **counts: tuple[int, int, int]) -> None:
+    """Raise :class:`InputError` for the first of ``counts``, (count, least, most), out of its range."""
     for name, (count, least, most) in counts.items():
         if not least <= count <= most:
             bound = f"at least {least}" if count < least else f"at most {most}"

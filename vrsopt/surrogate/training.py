@@ -16,7 +16,9 @@ from rich.progress import Progress
 from vrsopt.errors import InputError
 from vrsopt.surrogate.correlation import CORRELATIONS
 from vrsopt.surrogate.database import FLYABLE, Database, DesignMeta
+from vrsopt.surrogate.design_table import check_target
 from vrsopt.surrogate.kriging import Kriging
+from vrsopt.surrogate.sampling import WORKERS, check_counts
 from vrsopt.surrogate.selection import select
 from vrsopt.surrogate.store import Surrogate, save
 from vrsopt.surrogate.validation import Accuracy, leave_one_out, leave_one_out_coverage
@@ -123,10 +125,9 @@ def fit(
     """
     if correlation not in (*CORRELATIONS, BEST):
         raise InputError(f"fit: correlation = {correlation!r}: one of {', '.join(CORRELATIONS)}, {BEST}")
-    if workers < 1:
-        raise InputError(f"fit: workers = {workers}: at least 1")
-    if out is not None and Path(out).resolve() == Path(design).resolve():
-        raise InputError(f"{out}: can not be written: it is the design of experiments itself")
+    check_counts("fit", workers=(workers, *WORKERS))
+    if out is not None:
+        check_target(Path(design), Path(out))
     table = _Table.read(design, samples)
     if gradient_enhanced and not table.meta.derivatives:
         raise InputError(f"fit: {design}: no derivatives are stored in it: a fit without them")
