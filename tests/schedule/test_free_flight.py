@@ -49,7 +49,9 @@ def test_best_speed_of_the_nominal_rotor_is_that_of_a_scan():
     fuels = [search.flight(search.nominal, np.array([speed]), 4.0).fuel for speed in speeds]
     parabola = np.polynomial.Polynomial.fit(speeds, fuels, 3)
     (lowest,) = [root.real for root in parabola.deriv().roots() if parabola.deriv(2)(root.real) > 0]
-    assert search.best(search.nominal) == pytest.approx([lowest], abs=0.15)
+    assert search.best(search.nominal, search.scanned(search.nominal, search.stated)) == pytest.approx(
+        [lowest], abs=0.15
+    )
 
 
 def test_a_limit_ends_the_choice_of_an_altitude():
@@ -59,7 +61,7 @@ def test_a_limit_ends_the_choice_of_an_altitude():
     usage = 1.0 + float(np.max(wide.grid.fly(wide.nominal, takeoff_mass=wide.loading.takeoff_mass).limits[0]))
     one = setup(**data, limits={"manoeuvre_margin": 1.3 * 0.99 / usage})
     search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
-    (best,) = search.best(search.nominal)
+    (best,) = search.best(search.nominal, search.scanned(search.nominal, search.stated))
     limits = search.flight(search.nominal, np.array([best]), 4.0).limits.max(axis=1)
     assert 440.0 < best < 600.0
     assert limits[0] == pytest.approx(0.0, abs=1e-3)

@@ -28,7 +28,8 @@ from vrsopt.schedule.refly import Flight, FlightGrid
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
 
 SEARCH_STEP = 4.0  # s, of the flights during the search; reported fuels are flown at 1 s
-START_RADIUS, END_RADIUS = 0.2, 2e-3  # of the ranges
+SCANNED = 9  # values of each number
+START_RADIUS, END_RADIUS = 0.06, 2e-3  # of the ranges
 POLISH_STEP = 0.04  # of the ranges
 DIGITS = {"speed_m_s": 2, "altitude_m": 1}  # to which a number is chosen
 UNFLYABLE = 1.0  # breach of the limits of what can not be flown, with twice the fuel of the mission as stated
@@ -90,8 +91,8 @@ def free_flight(setup: MissionSetup, settings: ScheduleSettings | None = None) -
     if not isinstance(mission, Mission) or not free:
         return None
     search = _Search(setup, mission, free, settings or setup.settings)
-    nominal = search.best(search.nominal)
-    pointwise = search.best(search.pointwise)
+    nominal = search.best(search.nominal, search.scanned(search.nominal, search.stated))
+    pointwise = search.best(search.pointwise, nominal)
     scheduled = search.polished(pointwise)
     fuels = {
         "nominal_stated": search.fuel(search.nominal, search.stated),
@@ -165,24 +166,45 @@ class _Search:
         """Fuel [kg] of the mission flown at values ``x`` (n,) on the grid of all comparisons."""
         return self.flight(make, x, 1.0).fuel
 
-    def best(self, make: MakeSchedule) -> np.ndarray:
-        """Values (n,) of least fuel that break no limit by more than the mission does as stated."""
-        start = self._figures(make, self.stated)
-        allowed = np.maximum(start[1:], 0.0)
+    def scanned(self, make: MakeSchedule, start: np.ndarray) -> np.ndarray:
+        """Values (n,) moved one after the other from ``start`` to the best of SCANNED.
+
+        A pattern ends wherever its time is over, so the way home, and with it the fuel, goes up and down with speed:
+        a search without a scan stays in the nearest hollow.
+        """
+        best = start
+        for k, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
+            there = np.arange(len(best)) == k
+            tried = [best, *(np.where(there, value, best) for value in np.linspace(low, high, SCANNED))]
+            best = min(tried, key=lambda x: self._merit(make, x))
+        return best
+
+    def _merit(self, make: MakeSchedule, x: np.ndarray) -> float:
+        """Fuel [kg] where no limit is broken further than by the mission as stated, else infinite."""
+        figures, stated = self._figures(make, x), self._figures(make, self.stated)
+        allowed = np.all(figures[1:] <= np.maximum(stated[1:], 0.0) + ON_LIMIT)
+        return float(figures[0]) if allowed else np.inf
+
+    def best(self, make: MakeSchedule, start: np.ndarray) -> np.ndarray:
+        """Values (n,) of least fuel near ``start`` that break no limit by more than the mission does as stated.
+
+        ``start`` itself, or the mission as stated, if these are better.
+        """
+        stated = self._figures(make, self.stated)
 
         def figures(z: np.ndarray) -> np.ndarray:
             return self._figures(make, self._values(z))
 
         found = minimize(
-            lambda z: figures(z)[0] / start[0],
-            (self.stated - self.lower) / (self.upper - self.lower),
+            lambda z: figures(z)[0] / stated[0],
+            (start - self.lower) / (self.upper - self.lower),
             method="COBYQA",
             bounds=Bounds(0.0, 1.0, keep_feasible=True),
-            constraints=NonlinearConstraint(lambda z: figures(z)[1:] - allowed, -np.inf, 0.0),
+            constraints=NonlinearConstraint(lambda z: figures(z)[1:] - np.maximum(stated[1:], 0.0), -np.inf, 0.0),
             options={"initial_tr_radius": START_RADIUS, "final_tr_radius": END_RADIUS, "feasibility_tol": ON_LIMIT},
         )
-        better = figures(found.x)[0] < start[0] and np.all(figures(found.x)[1:] <= allowed + ON_LIMIT)
-        return self._rounded(self._values(found.x)) if better else self.stated
+        ends = [self.stated, start, self._rounded(self._values(found.x))]
+        return min(ends, key=lambda x: self._merit(make, x))
 
     def _values(self, z: np.ndarray) -> np.ndarray:
         return self.lower + np.clip(z, 0.0, 1.0) * (self.upper - self.lower)
