@@ -19,6 +19,7 @@ from vrsopt.console import (
     NO_SOLUTION,
     PERCENT,
     broken,
+    check_asked,
     check_folder,
     complain,
     converted,
@@ -31,7 +32,6 @@ from vrsopt.console import (
     run,
 )
 from vrsopt.design_commands import add_points, export, fit, sample
-from vrsopt.errors import InputError
 from vrsopt.options import Altitude, AsJson, IsaOffset, count, number
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
@@ -193,13 +193,22 @@ for command in (sample, export, add_points, fit):
 
 @app.command()
 def solve(
-    mission: Annotated[Path, typer.Argument(help="Mission file (TOML) or flown track (CSV, GPX).")],
     out: Annotated[Path, typer.Option(help="Folder for the results; made if it does not exist.")],
+    mission: Annotated[
+        Path | None, typer.Argument(help="Mission file (TOML) or flown track (CSV, GPX).", show_default="needed")
+    ] = None,
+    repeated: Annotated[
+        Path | None, typer.Option("--from", help="In place of a mission: a result.nc, to make it again.")
+    ] = None,
     surrogate: Annotated[
         Path | None, typer.Option(help="Surrogate, written by vrsopt fit.", show_default="the shipped one")
     ] = None,
-    schedules: Annotated[str, typer.Option(help="Some of them, with commas.")] = "nominal,pointwise,trajectory",
-    variables: Annotated[str, typer.Option(help="What is free: both, speed, twist, or all three cases.")] = "both",
+    schedules: Annotated[
+        str | None, typer.Option(help="Some of them, with commas.", show_default="nominal,pointwise,trajectory")
+    ] = None,
+    variables: Annotated[
+        str | None, typer.Option(help="What is free: both, speed, twist, or all three cases.", show_default="both")
+    ] = None,
     mass: Annotated[float | None, number("Take-off mass of a flown track, kg.", show_default="needed with it")] = None,
     isa_offset: Annotated[
         float | None, number("Temperature above the standard atmosphere, K.", show_default="0, or the mission's")
@@ -213,36 +222,49 @@ def solve(
     """Schedule rotor speed and twist over a mission.
 
     Compares the schedules and writes the results. Every schedule is flown on the surrogate and on the full physics.
-    One that breaks a limit ends with exit code 3; the results are written all the same.
+    One that breaks a limit ends with exit code 3; the results are written all the same. A result.nc knows what was
+    asked for: with --from it is made again, to the same figures on the same program and surrogate.
 
     \b
-    Example: the search and rescue mission; the same on a hot day; a flown track; the study's climb and descent beside
+    Example: the search and rescue mission; the same on a hot day; a flown track; the study's climb and descent beside;
+    a result made again
       vrsopt solve problems/sarm.toml --out results/sarm
       vrsopt solve problems/sarm.toml --isa-offset 20 --out results/hot
       vrsopt solve track.gpx --mass 2000 --out results/track
       vrsopt solve problems/patm.toml --schedules nominal,pointwise,prescribed --out results/patm
+      vrsopt solve --from results/hot/result.nc --out results/again
     """
+    asked = {
+        "schedules": schedules,
+        "variables": variables,
+        "mass": mass,
+        "isa_offset": isa_offset,
+        "wind_from_deg": wind_from_deg,
+        "wind_speed": wind_speed,
+    }
+    check_asked(mission, repeated, asked)
     check_folder(out)
-    from vrsopt.schedule.study_input import read
+    from vrsopt.report.request import Request, repeat
+    from vrsopt.report.request import run as carried_out
 
-    if wind_from_deg is None and wind_speed is not None:
-        raise InputError(f"solve: wind_speed = {wind_speed:g}: allowed with wind_from_deg, where the wind blows from")
-    task = read(
-        mission, mass=mass, isa_offset=isa_offset, wind=None if wind_from_deg is None else (wind_from_deg, wind_speed)
-    )
-    text = mission.read_text(encoding="utf-8", errors="replace")
-    from vrsopt.schedule.compare import solve as solved
-
-    comparison = solved(
-        task,
-        surrogate,
-        schedules=[name.strip() for name in schedules.split(",")],
-        variables=variables,
-        progress=sys.stderr.isatty(),
-    )
+    if mission is None:
+        assert repeated is not None  # as checked above
+        done = repeat(repeated, surrogate=surrogate, progress=sys.stderr.isatty())
+    else:
+        request = Request(
+            file=mission.name,
+            schedules=tuple(name.strip() for name in (schedules or "nominal,pointwise,trajectory").split(",")),
+            variables=variables or "both",
+            mass=mass,
+            isa_offset=isa_offset,
+            wind=None if wind_from_deg is None else (wind_from_deg, wind_speed),
+            surrogate=None if surrogate is None else str(surrogate),
+        )
+        done = carried_out(mission, request, progress=sys.stderr.isatty())
     from vrsopt.report.files import write_results
 
-    files = write_results(comparison, out, mission_text=text)
+    comparison = done.comparison
+    files = write_results(comparison, out, mission_text=done.mission_text)
     if as_json:
         print_json(comparison.summary())
     else:
@@ -253,5 +275,5 @@ def solve(
         Console(width=None if sys.stdout.isatty() else 120).print(summary_table(comparison))
         print(f"{out}: {', '.join(sorted(str(file.relative_to(out)) for file in files))}")
     if not comparison.success:
-        complain(f"{task.name}: {broken(comparison)}")
+        complain(f"{comparison.mission.name}: {broken(comparison)}")
     return 0 if comparison.success else NO_SOLUTION

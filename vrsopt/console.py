@@ -227,6 +227,21 @@ def check_file(path: Path) -> None:
         raise InputError(f"{path}: can not be written: no permission")
 
 
+def check_asked(mission: Path | None, repeated: Path | None, options: Mapping[str, object]) -> None:
+    """Raises InputError unless ``vrsopt solve`` was given a mission, or a result to repeat and none of ``options``."""
+    if repeated is None:
+        if mission is None:
+            raise InputError("solve: mission: missing: a mission file, a flown track, or --from with a result.nc")
+        if options["wind_from_deg"] is None and options["wind_speed"] is not None:
+            raise InputError(
+                f"solve: wind_speed = {options['wind_speed']:g}: allowed with wind_from_deg, where the wind blows from"
+            )
+        return
+    for name, value in {"mission": mission, **options}.items():
+        if value is not None:
+            raise InputError(f"solve: {name} = {value}: not allowed with --from, the result has its own")
+
+
 def check_folder(path: Path) -> None:
     """Raises :class:`InputError` unless ``path`` is a folder that can be written to, or one that can be made."""
     there = next(folder for folder in (path, *path.absolute().parents) if folder.exists())

@@ -36,6 +36,11 @@ def read_track(path: str | Path) -> Track:
     return parse_csv(text, where=str(path), name=path.stem)
 
 
+def read_text(path: str | Path) -> str:
+    """The text of a file as this program reads it, whatever its encoding; raises :class:`InputError`."""
+    return _decoded(read_bytes(Path(path)), str(path))
+
+
 def read_bytes(path: Path) -> bytes:
     """The content of a file that is there, is not empty and not too large; raises :class:`InputError`."""
     problem, content = "", b""

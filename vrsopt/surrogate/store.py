@@ -8,6 +8,7 @@ bytes of the file but its own. It tells damage, not intent: whatever is read is 
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
@@ -85,6 +86,18 @@ class Surrogate:
         """The inputs, in the order of the columns."""
         names: tuple[str, ...] = next(iter(self.models.values())).state_.names
         return names
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of all that decides on predictions."""
+        digest = hashlib.sha256()
+        for name, model in self.models.items():
+            state = model.state_
+            arrays = (state.inputs, state.weights, state.coefficients, state.gradient_weights)
+            digest.update(repr([name, state.names, state.correlation, state.trend]).encode())
+            for values in (*arrays, *(getattr(state, item) for item in (*SCALARS, *VECTORS))):
+                digest.update(np.ascontiguousarray(values, dtype=np.float64).tobytes())
+        return digest.hexdigest()
 
 
 def save(path: Path | str, surrogate: Surrogate) -> None:
