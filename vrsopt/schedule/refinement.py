@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
+from vrsopt.schedule.additions import Additions
+from vrsopt.schedule.bounds import Corridor, LimitBounds
+from vrsopt.schedule.mesh import Mesh, MeshOptions
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Flight, FlightGrid
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
+from vrsopt.schedule.speed_plan import speed_plan
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
+from vrsopt.schedule.transcription import Transcription
 
 logger = logging.getLogger(__name__)
 
@@ -27,35 +33,68 @@ def refined_trajectory(
     takeoff_mass: float,
     settings: ScheduleSettings | None = None,
     mesh: MeshOptions | Mesh | None = None,
-    initial: Schedule | None = None,
+    initial: Schedule | Trajectory | None = None,
+    transcription: Transcription = "hermite_simpson",
+    additions: Additions | None = None,
+    ipopt: Mapping[str, Any] | None = None,
 ) -> Trajectory:
-    """Schedule of least fuel on the mission of ``grid`` from ``takeoff_mass`` [kg].
+    """Schedule of least fuel, or cost, on the mission of ``grid`` from ``takeoff_mass`` [kg]; see :func:`refined`."""
+    problem = TrajectoryProblem(
+        grid.profile,
+        make_path_model,
+        settings=settings,
+        mesh=mesh,
+        transcription=transcription,
+        additions=additions,
+        ipopt=ipopt,
+    )
+    return refined(problem, grid, takeoff_mass=takeoff_mass, initial=initial)[0]
+
+
+def refined(
+    problem: TrajectoryProblem,
+    grid: FlightGrid,
+    *,
+    takeoff_mass: float,
+    initial: Schedule | Trajectory | None = None,
+    settings: ScheduleSettings | None = None,
+    limits: LimitBounds | None = None,
+) -> tuple[Trajectory, TrajectoryProblem]:
+    """The solution of ``problem`` from ``takeoff_mass`` [kg], and the problem on the mesh that this has come to.
 
     The problem knows the limits at start, middle and end of its intervals. Where a flight of its solution breaks one in
     between, by more than may pass for active, the interval is split and the problem solved again from its solution, at
-    most MAX_ROUNDS times. Raises InputError for a take-off mass outside the bounds of the aircraft's model.
+    most MAX_ROUNDS times. Which side of forbidden bands the rotor is on, and when it crosses them, is planned first
+    (:mod:`vrsopt.schedule.speed_plan`). Other arguments as of :meth:`TrajectoryProblem.solve`.
     """
-    profile, settings = grid.profile, settings or ScheduleSettings()
-    intervals = mesh if isinstance(mesh, Mesh) else make_mesh(profile, mesh, settings=settings)
+    settings = settings or problem.settings
+    crossings = None
+    if settings.forbidden_bands:
+        plan = speed_plan(grid, problem.make_path_model, takeoff_mass=takeoff_mass, settings=settings)
+        crossings, initial = plan.crossings, initial or plan.schedule
+        problem = problem.on(crossings.split(problem.mesh))
     rounds: list[Trajectory] = []
+    build_s = problem.build_s
     while True:
-        problem = TrajectoryProblem(profile, make_path_model, settings=settings, mesh=intervals)
-        rounds.append(problem.solve(takeoff_mass, rounds[-1].schedule if rounds else initial))
-        last = rounds[-1]
+        corridor = None if crossings is None else Corridor(rotor_speed=crossings.bounds(problem.nodes.time))
+        last = problem.solve(takeoff_mass, initial, settings=settings, limits=limits, corridor=corridor)
+        rounds.append(last)
         if not last.success or len(rounds) == MAX_ROUNDS:
             break
-        split = broken_intervals(intervals, grid.fly(last.schedule, takeoff_mass=takeoff_mass))
+        split = broken_intervals(problem.mesh, grid.fly(last.schedule, takeoff_mass=takeoff_mass))
         if not len(split[0]):
             break
-        logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split[0]), len(intervals))
-        intervals = intervals.split(*split)
-    return replace(
+        logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split[0]), len(problem.mesh))
+        problem, initial = problem.on(problem.mesh.split(*split)), last.schedule
+        build_s += problem.build_s
+    total = replace(
         last,
         iterations=sum(one.iterations for one in rounds),
-        build_s=sum(one.build_s for one in rounds),
+        build_s=build_s,
         solve_s=sum(one.solve_s for one in rounds),
         rounds=len(rounds),
     )
+    return total, problem
 
 
 def broken_intervals(mesh: Mesh, flight: Flight) -> tuple[np.ndarray, np.ndarray]:

@@ -81,8 +81,10 @@ class TrajectoryProblem:
         kg, of the mean square of the rates over their limits. ``ipopt`` are options by IPOPT's own names.
         """
         begin = clock.perf_counter()
+        same = {"settings": settings, "shared": shared, "additions": additions, "regularisation": regularisation}
+        self._as_made: dict[str, Any] = {**same, "transcription": transcription, "ipopt": ipopt}
         self.profile, self.settings, self.transcription = profile, settings or ScheduleSettings(), transcription
-        self.additions, self._make = additions or Additions(), make_path_model
+        self.additions, self.make_path_model = additions or Additions(), make_path_model
         self.mesh = mesh if isinstance(mesh, Mesh) else make_mesh(profile, mesh, settings=self.settings)
         method = tr.method_of(transcription)
         self.nodes, self._at = tr.make_nodes(self.mesh)
@@ -110,6 +112,14 @@ class TrajectoryProblem:
         self._solvers: dict[bool, Any] = {}
         self._solver(warm=False)
         self.build_s = clock.perf_counter() - begin
+
+    def on(self, mesh: Mesh) -> TrajectoryProblem:
+        """The same problem on another mesh; itself on its own."""
+        return (
+            self
+            if mesh.equals(self.mesh)
+            else TrajectoryProblem(self.profile, self.make_path_model, mesh=mesh, **self._as_made)
+        )
 
     def _make_maps(self, rows: Rows, regularisation: float, outputs: int) -> Maps:
         of, layout, e = self._of, self._of.layout, self.evaluations
@@ -141,7 +151,7 @@ class TrajectoryProblem:
 
     @cached_property
     def _finer(self) -> FinerQuadrature:
-        return FinerQuadrature(self.profile, self._make, self._of)
+        return FinerQuadrature(self.profile, self.make_path_model, self._of)
 
     def _solver(self, *, warm: bool) -> Any:
         if warm not in self._solvers:
