@@ -6,13 +6,14 @@ The verbs, in the order of the work, each also a sub-command of the command line
 ``engine``    one engine at a demanded power, gas-generator speed, turbine temperature or rating, with its emissions
 ``sample``    the operating point at many points: a design of experiments; ``add_points`` adds points of one's own
 ``fit``       a surrogate of a design of experiments, with its leave-one-out figures
+``envelope``  the best rotor speed and twist at every operating point of the flight envelope, as maps
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
 
 What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
 shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
-``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit`` and ``Comparison``; results carry ``success`` and
-``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be used,
-``NoSolutionError`` for a question without an answer.
+``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``; results carry ``success``
+and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be
+used, ``NoSolutionError`` for a question without an answer.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``)::
 
@@ -36,6 +37,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vrsopt.aircraft import Aircraft, load_aircraft
+    from vrsopt.envelope_map import Envelope, envelope
     from vrsopt.errors import InputError, NoSolutionError
     from vrsopt.helicopter import trim
     from vrsopt.mission.file import Mission, read_mission
@@ -59,6 +61,7 @@ __all__ = [
     "Comparison",
     "EngineData",
     "EngineResult",
+    "Envelope",
     "Fit",
     "InputError",
     "Mission",
@@ -69,6 +72,7 @@ __all__ = [
     "Surrogate",
     "add_points",
     "engine",
+    "envelope",
     "fit",
     "load_aircraft",
     "load_engine",
@@ -85,6 +89,7 @@ _HOMES = {
     "Comparison": "vrsopt.schedule.comparison",
     "EngineData": "vrsopt.turboshaft.data",
     "EngineResult": "vrsopt.turboshaft.performance",
+    "Envelope": "vrsopt.envelope_map",
     "Fit": "vrsopt.surrogate.training",
     "InputError": "vrsopt.errors",
     "Mission": "vrsopt.mission.file",
@@ -95,6 +100,7 @@ _HOMES = {
     "Surrogate": "vrsopt.surrogate.store",
     "add_points": "vrsopt.surrogate.design",
     "engine": "vrsopt.turboshaft.performance",
+    "envelope": "vrsopt.envelope_map",
     "fit": "vrsopt.surrogate.training",
     "load_aircraft": "vrsopt.aircraft",
     "load_engine": "vrsopt.turboshaft.data",

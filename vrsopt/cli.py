@@ -32,6 +32,7 @@ from vrsopt.console import (
     run,
 )
 from vrsopt.design_commands import add_points, export, fit, sample
+from vrsopt.envelope_command import envelope
 from vrsopt.options import Altitude, AsJson, IsaOffset, count, number
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
@@ -187,7 +188,7 @@ def engine(
     return 0 if result.success else NO_SOLUTION
 
 
-for command in (sample, export, add_points, fit):
+for command in (sample, export, add_points, fit, envelope):
     app.command()(command)
 
 

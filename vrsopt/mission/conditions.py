@@ -61,8 +61,8 @@ class Conditions:
     ground_idle: Array  # bool: the engines at their ground idle
 
     @classmethod
-    def level(cls, speed: Array, altitude: float) -> Conditions:
-        """Straight level flight far from the ground at airspeeds (N,) [m/s] and a pressure altitude [m]."""
+    def level(cls, speed: Array, altitude: float | Array) -> Conditions:
+        """Straight level flight far from the ground at airspeeds (N,) [m/s] and one or N pressure altitudes [m]."""
         zero, one = np.zeros(len(speed)), np.ones(len(speed))
         return cls(
             segment=zero.astype(int),

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrsopt.errors import InputError
 from vrsopt.report.dataset import netcdf, read_result, result_dataset
+from vrsopt.report.envelope_plots import envelope_figures
 from vrsopt.report.geojson import flight_path_geojson
 from vrsopt.report.json_value import json_value
 from vrsopt.report.kml import flight_path_kml
@@ -24,10 +25,11 @@ from vrsopt.report.rotor_plots import point_figures
 from vrsopt.rotor_fields import rotor_map
 
 if TYPE_CHECKING:
+    from vrsopt.envelope_map import Envelope
     from vrsopt.operating_point import OperatingPoint
     from vrsopt.schedule.comparison import Comparison
 
-__all__ = ["read_result", "write_point", "write_results"]
+__all__ = ["read_result", "write_envelope", "write_point", "write_results"]
 
 LONG = "mission_text"  # attribute that the page shows on its own
 
@@ -52,6 +54,19 @@ def write_point(point: OperatingPoint, folder: Path | str) -> list[Path]:
     def contents() -> dict[str, bytes]:
         pictures = {f"{name}.png": png(figure) for name, figure in point_figures(point).items()}
         return pictures | {"rotor_map.nc": netcdf(rotor_map(point))}
+
+    return _write(Path(folder), contents)
+
+
+def write_envelope(found: Envelope, folder: Path | str) -> list[Path]:
+    """Write ``envelope.nc``, the summary and the maps of ``found`` into ``folder``; returns their paths.
+
+    Raises :class:`InputError` (one line) for a folder that can not be used.
+    """
+
+    def contents() -> dict[str, bytes]:
+        pictures = {f"{name}.png": png(figure) for name, figure in envelope_figures(found.dataset).items()}
+        return pictures | {"envelope.nc": netcdf(found.dataset), "summary.json": _json(found.summary(), indent=2)}
 
     return _write(Path(folder), contents)
 

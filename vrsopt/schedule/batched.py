@@ -1,16 +1,16 @@
 """Least fuel flow over rotor speed and twist at many nodes at once.
 
 A coarse grid finds the basins. From the best of them projected Newton goes down with exact derivatives where the model
-has them (:class:`SmoothPathModel`). Models that have none, and the few nodes at which no start settles within the
-limits, are left to nested grids: 5 x 5 points of half the spacing again and again, which kinks do not trouble. Limits
-are honoured by rank: a candidate inside the limits beats any outside them, outside the smaller breach wins.
+has them (``at_mass``, see :class:`Points`). Models that have none, and the few nodes at which no start settles within
+the limits, are left to nested grids: 5 x 5 points of half the spacing again and again, which kinks do not trouble.
+Limits are honoured by rank: a candidate inside the limits beats any outside them, outside the smaller breach wins.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -25,14 +25,15 @@ FINE = 5  # points per variable of the nested grids
 REFINEMENTS = 14  # halvings of their spacing: 1e-6 of the box
 BREACH = 1e6  # kg/s per unit of breach: dwarfs any fuel flow
 ALLOWED_BREACH = 1e-9
-BLOCK = 2000  # nodes at a time: bounds the memory
+BLOCK = 1000  # nodes at a time: bounds the memory
 
 
 class Points(Protocol):
     """Nodes at given masses, smooth in rotor speed and twist (:class:`vrsopt.schedule.point_tables.PointTables`)."""
 
     def values(self, rotor_speed: np.ndarray, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Fuel flow (N, p, q) [kg/s] and limits (m, N, p, q) on the grid of rotor speeds (p,) and twists (q,)."""
+        """Fuel flow (N, p, q) [kg/s] and limits (m, N, p, q) on the grid of rotor speeds (p,) and twists (q,) or, each
+        node its own, (N, q)."""
         ...
 
     def jets(self, node: np.ndarray, x: np.ndarray) -> tuple[Jet, Jet]:
@@ -102,11 +103,8 @@ def batched_minimum(
 def _searched(model: PathModel, mass: np.ndarray, box: np.ndarray) -> np.ndarray:
     """Optimum (N, 2) at each node inside the box, block by block."""
     found = np.empty((len(mass), 2))
-    for begin in range(0, len(mass), BLOCK):
-        block = np.arange(begin, min(begin + BLOCK, len(mass)))
-        part = model.nodes(block)
-        smooth: Any = getattr(part, "at_mass", None)
-        points: Points | None = smooth(mass[block]) if smooth else None
+    for block in _blocks(len(mass), BLOCK):
+        points = _points(model.nodes(block), mass[block])
         left = np.ones(len(block), dtype=bool)
         if points is not None:
             found[block], settled = _descended(points, box)
@@ -115,6 +113,18 @@ def _searched(model: PathModel, mass: np.ndarray, box: np.ndarray) -> np.ndarray
             rest = block[left]
             found[rest] = nested_grids(model.nodes(rest), mass[rest], box=box)
     return found
+
+
+def _blocks(count: int, size: int) -> Iterator[np.ndarray]:
+    """The numbers below ``count``, ``size`` at a time."""
+    for begin in range(0, count, size):
+        yield np.arange(begin, min(begin + size, count))
+
+
+def _points(model: PathModel, mass: np.ndarray) -> Points | None:
+    """The nodes at their masses as smooth functions, of a model that has them."""
+    smooth: Callable[[np.ndarray], Points | None] | None = getattr(model, "at_mass", None)
+    return smooth(mass) if smooth else None
 
 
 def _axes(box: np.ndarray, counts: tuple[int, int]) -> list[np.ndarray]:
@@ -183,13 +193,25 @@ def rotor_speed_band(
     Twist stays at its optimum; the band is the connected one around the optimum.
     """
     rotor_speed = np.linspace(box[0, 0], box[1, 0], points)
-    grid = np.broadcast_to(rotor_speed, (len(mass), points))
-    merit = _merit(model, mass, grid, np.broadcast_to(optima.twist[:, None], grid.shape))
-    good = merit <= (1.0 + tolerance) * optima.fuel_flow[:, None]
-    below = grid <= optima.rotor_speed[:, None]
-    bad_below = np.where(below & ~good, grid, -np.inf).max(axis=1, keepdims=True)
-    bad_above = np.where(~below & ~good, grid, np.inf).min(axis=1, keepdims=True)
-    inside = good & (grid > bad_below) & (grid < bad_above)
-    low = np.where(inside, grid, np.inf).min(axis=1)
-    high = np.where(inside, grid, -np.inf).max(axis=1)
-    return np.minimum(low, optima.rotor_speed), np.maximum(high, optima.rotor_speed)
+    ends = np.empty((2, len(mass)))
+    for block in _blocks(len(mass), BLOCK // 2):
+        rank = _along(model.nodes(block), mass[block], rotor_speed, optima.twist[block])
+        good = rank <= (1.0 + tolerance) * optima.fuel_flow[block, None]
+        best = optima.rotor_speed[block, None]
+        below = rotor_speed <= best
+        bad_below = np.where(below & ~good, rotor_speed, -np.inf).max(axis=1, keepdims=True)
+        bad_above = np.where(~below & ~good, rotor_speed, np.inf).min(axis=1, keepdims=True)
+        inside = good & (rotor_speed > bad_below) & (rotor_speed < bad_above)
+        low, high = np.where(inside, rotor_speed, best), np.where(inside, rotor_speed, best)
+        ends[:, block] = low.min(axis=1), high.max(axis=1)
+    return ends[0], ends[1]
+
+
+def _along(model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """Rank (N, p) at rotor speeds (p,) and the twist (N,) of each node."""
+    points = _points(model, mass)
+    if points is not None:
+        fuel_flow, limits = points.values(rotor_speed, twist[:, None])
+        return _rank(fuel_flow, np.max(limits, axis=0))[:, :, 0]
+    grid = np.broadcast_to(rotor_speed, (len(mass), len(rotor_speed)))
+    return _merit(model, mass, grid, np.broadcast_to(twist[:, None], grid.shape))

@@ -42,13 +42,14 @@ class PointTables:
     faster: np.ndarray
 
     def values(self, rotor_speed: np.ndarray, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Fuel flow (N, p, q) [kg/s] and limits (m, N, p, q) on the grid of rotor speeds (p,) and twists (q,)."""
+        """Fuel flow (N, p, q) [kg/s] and limits (m, N, p, q) on the grid of rotor speeds (p,) and twists (q,) or, each
+        node its own, (N, q)."""
         lower, upper = self.path.plant.lower, self.path.plant.upper
         turning = self.faster[:, None] * rotor_speed
         rotor_power, tail_loading = (
             _basis(turning, lower[1], upper[1], table.shape[1])
             @ table
-            @ _basis(twist, lower[2], upper[2], table.shape[2]).T
+            @ np.swapaxes(_basis(twist, lower[2], upper[2], table.shape[2]), -1, -2)
             for table in (self.power, self.tail)
         )
         plant, Omega = self.path.plant, rotor_speed[:, None]
