@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Literal
 import casadi as ca
 import numpy as np
 
+from vrsopt.aircraft import Aircraft
 from vrsopt.atmosphere import standard_air
 from vrsopt.drive_train import engine_power
+from vrsopt.equilibrium import trim_system
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.flat_pitch import flat_pitch_power
 from vrsopt.helicopter import Helicopter
@@ -24,7 +26,8 @@ from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.residual import Solution
 from vrsopt.schedule.ground_idle import ground_idle
 from vrsopt.schedule.trim_path import TrimPath
-from vrsopt.surrogate.engine_table import SPEEDS, EngineTable, engine_table
+from vrsopt.surrogate.best_speed import BestSpeedTable
+from vrsopt.surrogate.engine_table import engine_table
 from vrsopt.trimming import Trim
 from vrsopt.turboshaft.cycle import gas_path
 
@@ -35,7 +38,6 @@ Transmission = Literal["fixed", "variable"]
 STEEP = 0.3  # rad: a steeper climb is flown as forward and vertical speed
 SAME_MASS = 1e-5  # relative: what the prediction of the mass at the end of a segment is wrong by
 SAME_POWER = 1e-6  # W
-TURBINE_SPEEDS = np.linspace(*SPEEDS, 51)
 ROTOR_OUTPUTS = ("main_rotor_power", "tail_rotor_power", "tail_blade_loading")
 ROTOR_VARIABLES = ("mass", "rotor_speed", "twist")
 ENGINE_OUTPUTS = ("fuel_flow", "power_turbine_inlet_temperature")
@@ -171,8 +173,8 @@ class NodePhysics:
     # -- the free turbine at its own speed ---------------------------------------------------------------------------
 
     @cached_property
-    def _table(self) -> EngineTable:
-        return engine_table(isa_offset=self.isa_offset, engine_data=self.machine.engine)
+    def _best_speed(self) -> BestSpeedTable:
+        return BestSpeedTable.of(engine_table(isa_offset=self.isa_offset, engine_data=self.machine.engine))
 
     def _with_turbine_speed(self, power: float, flight: Mapping[str, float]) -> Mapping[str, float]:
         """``flight`` as the engine sees it: with a variable transmission the rotor speed is that of its best turbine
@@ -180,9 +182,9 @@ class NodePhysics:
         if self.transmission == "fixed":
             return flight
         air = standard_air(flight["altitude"], flight["isa_offset"])
-        node = self._table.contract(np.array([flight["altitude"]]), np.array([flight["speed"] / air.speed_of_sound]))
-        fuel, _ = self._table.evaluate(node, np.full((1, len(TURBINE_SPEEDS)), power), TURBINE_SPEEDS[None, :])
-        return {**flight, "rotor_speed": _minimum(TURBINE_SPEEDS, fuel[0]) * self._nominal}
+        place = np.array([flight["altitude"]]), np.array([flight["speed"] / air.speed_of_sound])
+        ratio = self._best_speed.best_speed(*place, np.array([power]))
+        return {**flight, "rotor_speed": float(ratio.item()) * self._nominal}
 
     @property
     def _nominal(self) -> float:
@@ -191,13 +193,8 @@ class NodePhysics:
     # -- derivatives -------------------------------------------------------------------------------------------------
 
     def rotor_slopes(self, rotors: Rotors) -> np.ndarray:
-        """Exact derivatives (2, 3) of power [W] and tail-rotor blade loading with respect to the gross mass of the
-        steady flight, rotor speed and twist; zero on the ground."""
-        if rotors.trim is None:
-            return np.zeros((2, 3))
-        slopes = self.path.system.sensitivities(rotors.trim, outputs=ROTOR_OUTPUTS, parameters=ROTOR_VARIABLES)
-        rows = np.array([[slopes[name][variable] for variable in ROTOR_VARIABLES] for name in ROTOR_OUTPUTS])
-        return np.array([rows[0] + rows[1], rows[2]])
+        """See :func:`rotor_slopes`; zero on the ground."""
+        return np.zeros((2, 3)) if rotors.trim is None else rotor_slopes(self.machine.aircraft, rotors.trim)
 
     def engine_slopes(self, engines: Engines) -> np.ndarray:
         """Exact derivatives (2, 2) of fuel flow [kg/s] and inter-turbine temperature [K] of one engine with respect to
@@ -257,17 +254,16 @@ class NodePhysics:
         return ca.Function("chain", [x, centre, place, rotor, engine], [values, ca.jacobian(values, x)])
 
 
+def rotor_slopes(aircraft: Aircraft, trim: Solution) -> np.ndarray:
+    """Exact derivatives (2, 3) of the power of both rotors [W] and the tail rotor's blade loading with respect to the
+    gross mass of the steady flight [kg], rotor speed [rad/s] and twist [rad]."""
+    slopes = trim_system(aircraft).sensitivities(trim, outputs=ROTOR_OUTPUTS, parameters=ROTOR_VARIABLES)
+    rows = np.array([[slopes[name][variable] for variable in ROTOR_VARIABLES] for name in ROTOR_OUTPUTS])
+    return np.array([rows[0] + rows[1], rows[2]])
+
+
 def _same(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
     """Whether two flights are one but for an error of the predicted mass."""
     return math.isclose(one["mass"], other["mass"], rel_tol=SAME_MASS) and all(
         math.isclose(value, other[name], rel_tol=1e-9, abs_tol=1e-9) for name, value in one.items() if name != "mass"
     )
-
-
-def _minimum(x: np.ndarray, y: np.ndarray) -> float:
-    """Where the parabola through the least of ``y`` (n,) and its neighbours is least; at an end, the end."""
-    k = int(np.argmin(y))
-    if k in (0, len(x) - 1):
-        return float(x[k])
-    before, after = y[k - 1] - y[k], y[k + 1] - y[k]
-    return float(x[k] + 0.5 * (x[1] - x[0]) * (before - after) / (before + after))

@@ -1,0 +1,143 @@
+"""The consistent trajectory finds the optimum of the truth, whatever is wrong with the surrogate."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from tests.schedule.conftest import Aircraft, AnalyticModel
+from vrsopt.errors import InputError
+from vrsopt.schedule.consistent import ConsistentOptions, consistent_trajectory
+from vrsopt.schedule.corrected import CorrectedPath, FirstOrder, corrected
+from vrsopt.schedule.nlp import node_functions
+from vrsopt.schedule.physics_path import FlownPath, path_of
+from vrsopt.schedule.schedule import ON_LIMIT
+from vrsopt.schedule.trajectory import TrajectoryProblem
+
+MASS = 2050.0
+
+
+@dataclass(frozen=True)
+class Biased(Aircraft):
+    """The analytic helicopter with smooth errors: of the fuel flow, its best rotor speed and twist, and the limits."""
+
+    size: float = 1.0
+
+    def outputs(self, mass: Any, omega: Any, twist: Any, rate: Any, c: Any, lib: Any) -> Any:
+        fuel, power, limits = super().outputs(mass, omega, twist, rate, c, lib)
+        ratio = omega / 44.4
+        factor = 1 + self.size * (0.03 + 0.04 * (ratio - 0.9) + 0.2 * (twist - 0.2) + 0.02 * lib.sin(8 * ratio))
+        return factor * fuel, power, [limit + 0.01 * self.size * lib.cos(5 * ratio) for limit in limits]
+
+
+class AnalyticTruth:
+    """An analytic helicopter in place of the physics."""
+
+    def __init__(self, make: Any) -> None:
+        self.make, self.trims, self.derivatives = make, 0, 0
+
+    def fly(self, problem: Any, schedule: Any, takeoff_mass: float) -> FlownPath:
+        inputs, weights, nodes = path_of(problem, schedule)
+        model, changes = self.make(nodes), np.cumsum(problem.profile.mass_changes)[np.asarray(nodes.segment)]
+        inputs[0] = takeoff_mass + changes
+        for _ in range(30):
+            values = model.evaluate(*inputs)
+            flow = values.fuel_flow.reshape(-1, 3)
+            step = problem.mesh.step
+            before = np.concatenate([[0.0], np.cumsum(values.fuel_flow * weights)[2::3][:-1]])
+            middle = before + step * (5 * flow[:, 0] + 8 * flow[:, 1] - flow[:, 2]) / 24
+            end = before + step * (flow[:, 0] + 4 * flow[:, 1] + flow[:, 2]) / 6
+            inputs[0] = takeoff_mass + changes - np.column_stack([before, middle, end]).ravel()
+        self.trims += len(weights)
+        excess = np.where(np.asarray(nodes.idle), -1.0, values.limits)
+        return FlownPath(inputs, values.fuel_flow, excess, weights, float(weights @ values.fuel_flow))
+
+    def first_order(self, problem: Any, flown: FlownPath, *, everywhere: bool = False) -> FirstOrder:
+        conditions = problem.profile.conditions(problem.points.segment, problem.points.time)
+        function, c = self.make(conditions).function()
+        node, count = node_functions(function), flown.inputs.shape[1]
+        slopes = ca.horzsplit(ca.densify(node.jacobian.map(count)(flown.inputs, c)), 4)
+        slopes = np.stack([slope.full() for slope in slopes], axis=-1)
+        self.derivatives += count
+        return FirstOrder(flown.inputs, node.values.map(count)(flown.inputs, c).full(), slopes)
+
+
+def biased(make_model: Any, size: float = 1.0) -> Any:
+    def make(conditions: Any) -> AnalyticModel:
+        return AnalyticModel(Biased(size=size), make_model()(conditions).coefficients)
+
+    return make
+
+
+def test_a_corrected_model_has_the_values_and_slopes_of_the_truth(make_model, transport):
+    problem = TrajectoryProblem(transport, corrected(biased(make_model)), shared=False)
+    truth = AnalyticTruth(make_model())
+    flown = truth.fly(problem, problem.solve(MASS).schedule, MASS)
+    first = truth.first_order(problem, flown)
+    assert isinstance(problem.model, CorrectedPath)
+    function, _ = problem.model.function()
+    node, c = node_functions(function), problem.model.coefficients(first)
+    for k in (5, 40, 100):
+        assert node.values(flown.inputs[:, k], c[:, k]).full().ravel() == pytest.approx(first.values[:, k], rel=1e-12)
+        found = node.jacobian(flown.inputs[:, k], c[:, k]).full()
+        assert found == pytest.approx(first.slopes[:, :, k], rel=1e-9, abs=1e-12)
+
+
+def test_the_optimum_of_the_truth_is_found_whatever_the_bias(make_model, transport):
+    """Fuel, schedule and limits of the truth's own optimum; the surrogate's is worse, and breaks a limit."""
+    own = TrajectoryProblem(transport, make_model())
+    best = own.solve(MASS)
+    start = TrajectoryProblem(transport, biased(make_model), mesh=best.mesh).solve(MASS)
+    assert start.success and abs(start.fuel / best.fuel - 1) > 0.02
+    options = ConsistentOptions(rotor_speed=2e-4, twist=2e-4, gap=1e-5)
+    truth = AnalyticTruth(make_model())
+    found = consistent_trajectory(
+        transport, biased(make_model), truth, takeoff_mass=MASS, trajectory=start, options=options
+    )
+    assert found.success, found.message
+    assert found.fuel_physics == pytest.approx(best.fuel, rel=5e-6)
+    assert found.trajectory.fuel == pytest.approx(found.fuel_physics, rel=1e-5)
+    assert found.trajectory.schedule.rotor_speed == pytest.approx(best.schedule.rotor_speed, abs=0.05)
+    assert found.optimality.excess <= ON_LIMIT < found.history[0].excess
+    assert found.optimality.at_stake < 0.03 * found.surrogate.at_stake
+    kept = [step for step in found.history if step.kept]
+    assert len(kept) >= 3 and kept[-1].rotor_speed < 2e-4
+
+
+def test_a_region_too_wide_is_halved_until_the_fuel_falls(make_model, transport):
+    """A surrogate whose curvature has the wrong size overshoots: such steps are not kept."""
+
+    @dataclass(frozen=True)
+    class Flat(Biased):
+        def outputs(self, mass: Any, omega: Any, twist: Any, rate: Any, c: Any, lib: Any) -> Any:
+            fuel, power, limits = super().outputs(mass, omega, twist, rate, c, lib)
+            return fuel * (1 - 4.0 * (twist - 0.17) ** 2 + 0.3 * (twist - 0.17)), power, limits
+
+    def make(conditions: Any) -> AnalyticModel:
+        return AnalyticModel(Flat(size=0.0), make_model()(conditions).coefficients)
+
+    best = TrajectoryProblem(transport, make_model()).solve(MASS)
+    start = TrajectoryProblem(transport, make, mesh=best.mesh).solve(MASS)
+    options = ConsistentOptions(most_solves=25)
+    found = consistent_trajectory(
+        transport, make, AnalyticTruth(make_model()), takeoff_mass=MASS, trajectory=start, options=options
+    )
+    assert found.success, found.message
+    assert found.fuel_physics == pytest.approx(best.fuel, rel=1e-4)
+    assert any(not step.kept for step in found.history)
+    fuels = [step.fuel_physics for step in found.history if step.kept]
+    assert all(later <= earlier * (1 + 1e-6) for earlier, later in zip(fuels[1:], fuels[2:], strict=False))
+
+
+def test_what_is_not_reached_is_said(make_model, transport):
+    start = TrajectoryProblem(transport, biased(make_model)).solve(MASS)
+    options = ConsistentOptions(most_solves=2)
+    truth = AnalyticTruth(make_model())
+    found = consistent_trajectory(
+        transport, biased(make_model), truth, takeoff_mass=MASS, trajectory=start, options=options
+    )
+    assert not found.success and "2 solves" in found.message and not found.trajectory.schedule.success
+    with pytest.raises(InputError, match="most_solves = 1: must be at least 2"):
+        replace(options, most_solves=1)
