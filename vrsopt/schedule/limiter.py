@@ -25,34 +25,26 @@ def rate_limited_schedule(
 ) -> Schedule:
     """``target`` as it can be flown within the rates of ``settings``, at the nodes of ``grid``.
 
-    Nominal at both ends of the mission and in idle. Starts without look-ahead; if a limit breaks that, the shortest
-    look-ahead of LOOK_AHEADS that keeps all limits is used, with the highest, the shifted or the lowest rotor speed of
-    the time ahead. ``details["look_ahead"]`` [s] and the message report it. If none helps, the schedule without
-    look-ahead is returned with ``success`` false.
+    Nominal in idle, and at both ends of the mission unless these are free. Starts without look-ahead; if a limit breaks
+    that, the shortest look-ahead of LOOK_AHEADS that keeps all limits is used, with the highest, the shifted or the
+    lowest rotor speed of the time ahead. ``details["look_ahead"]`` [s] and the message report it. If none helps, the
+    schedule without look-ahead is returned with ``success`` false. Bounds of accelerations are not looked at.
     """
     settings = settings or ScheduleSettings()
     mass = grid.fly(target, takeoff_mass=takeoff_mass).mass
     rotor_speed, twist = target.at(grid.segment, grid.time)
-    pinned = np.asarray(grid.conditions.idle).copy()
-    pinned[[0, -1]] = True
-
-    def follow(speed_target: np.ndarray, twist_target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return (
-            _follow(grid.time, speed_target, pinned, settings.nominal_rotor_speed, settings.rotor_speed_rate),
-            _follow(grid.time, twist_target, pinned, settings.nominal_twist, settings.twist_rate),
-        )
 
     def broken(flown: tuple[np.ndarray, np.ndarray]) -> tuple[Violation, ...]:
         limits = grid.flyable_limits(grid.evaluate(mass, *flown))
         return grid.worst(limits, above=CHECKED_LIMIT)
 
-    causal = follow(rotor_speed, twist)
+    causal = followed(grid, settings, rotor_speed, twist)
     result = Schedule(f"{target.name}_rate_limited", grid.segment, grid.time, *causal, details={"look_ahead": 0.0})
     violations = broken(causal)
     if not violations:
         return _judged(result, target, "")
     for look_ahead, how, ahead in _ahead(grid.time, rotor_speed, twist):
-        flown = follow(*ahead)
+        flown = followed(grid, settings, *ahead)
         if not broken(flown):
             message = f"look-ahead of {look_ahead:g} s ({how}), because without it: {violations[0]}"
             details = {"look_ahead": look_ahead}
@@ -60,6 +52,19 @@ def rate_limited_schedule(
             return _judged(result, target, message)
     message = f"no look-ahead up to {LOOK_AHEADS[-1]:g} s keeps the limits within the rates; without: {violations[0]}"
     return replace(result, success=False, status=Status.INFEASIBLE, message=message)
+
+
+def followed(
+    grid: FlightGrid, settings: ScheduleSettings, rotor_speed: np.ndarray, twist: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What a rotor can follow of a target ``rotor_speed`` [rad/s] and ``twist`` [rad] at the nodes of ``grid``, (N,)
+    each, without look-ahead: nominal in idle, and at both ends of the mission unless these are free."""
+    pinned = np.asarray(grid.conditions.idle).copy()
+    pinned[[0, -1]] |= settings.ends != "free"
+    return (
+        _follow(grid.time, rotor_speed, pinned, settings.nominal_rotor_speed, settings.rotor_speed_rate),
+        _follow(grid.time, twist, pinned, settings.nominal_twist, settings.twist_rate),
+    )
 
 
 def _judged(result: Schedule, target: Schedule, message: str) -> Schedule:
@@ -70,20 +75,19 @@ def _judged(result: Schedule, target: Schedule, message: str) -> Schedule:
 
 
 def _follow(time: np.ndarray, target: np.ndarray, pinned: np.ndarray, nominal: float, rate: float | None) -> np.ndarray:
-    """Causal rate limiter (N,) that is nominal where ``pinned``, which it must be at both ends."""
+    """Causal rate limiter (N,) that is nominal where ``pinned``."""
     target = np.where(pinned, nominal, target)
     if rate is None:
         return target
-    pins = np.flatnonzero(pinned)
-    next_pin = time[pins[np.searchsorted(pins, np.arange(len(time)))]]
-    reach = rate * (next_pin - time)  # how far from nominal it may still be and get back in time
-    wanted = np.clip(target, nominal - reach, nominal + reach)
-    step = rate * np.diff(time)
-    value = np.empty(len(time))
-    value[0] = nominal
-    for i in range(1, len(time)):
-        value[i] = min(max(wanted[i], value[i - 1] - step[i - 1]), value[i - 1] + step[i - 1])
-    return value
+    pins = np.append(time[pinned], np.inf)
+    next_pin = pins[np.searchsorted(np.flatnonzero(pinned), np.arange(len(time)))]
+    reach = rate * (next_pin - time) if rate > 0.0 else np.zeros(len(time))  # how far from nominal it may still be
+    step = (rate * np.diff(time)).tolist()
+    wanted = np.clip(target, nominal - reach, nominal + reach).tolist()
+    value = wanted[:1]
+    for goal, most in zip(wanted[1:], step, strict=True):
+        value.append(min(max(goal, value[-1] - most), value[-1] + most))
+    return np.array(value)
 
 
 def _ahead(
