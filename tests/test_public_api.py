@@ -12,7 +12,7 @@ import pytest
 import vrsopt
 
 VERBS = ("trim", "engine", "sample", "add_points", "fit", "solve")
-FUNCTIONS = (*VERBS, "load_aircraft", "load_engine", "load_surrogate", "read_mission")
+FUNCTIONS = (*VERBS, "load_aircraft", "load_engine", "load_surrogate", "load_trajectory", "read_mission")
 
 
 def modules() -> list[str]:

@@ -9,6 +9,9 @@ The verbs, in the order of the work, each also a sub-command of the command line
 ``envelope``  the best rotor speed and twist at every operating point of the flight envelope, as maps
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
 
+``MissionProblem`` is a mission as an optimal-control problem of one's own: constraints and objectives as expressions of
+named quantities, solved again with other rates and limits; ``load_trajectory`` reads a solution that was saved.
+
 What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
 shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
 ``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``; results carry ``success``
@@ -43,8 +46,13 @@ if TYPE_CHECKING:
     from vrsopt.mission.file import Mission, read_mission
     from vrsopt.operating_point import OperatingPoint
     from vrsopt.rotor_fields import rotor_map
+    from vrsopt.schedule.bands import ForbiddenBand
     from vrsopt.schedule.compare import solve
     from vrsopt.schedule.comparison import Comparison
+    from vrsopt.schedule.mission_problem import MissionProblem
+    from vrsopt.schedule.schedule import ScheduleSettings
+    from vrsopt.schedule.trajectory_file import load_trajectory
+    from vrsopt.schedule.trajectory_solution import Trajectory
     from vrsopt.solvers.status import Status
     from vrsopt.surrogate.design import add_points, sample
     from vrsopt.surrogate.sampling import Sampling
@@ -63,13 +71,17 @@ __all__ = [
     "EngineResult",
     "Envelope",
     "Fit",
+    "ForbiddenBand",
     "InputError",
     "Mission",
+    "MissionProblem",
     "NoSolutionError",
     "OperatingPoint",
     "Sampling",
+    "ScheduleSettings",
     "Status",
     "Surrogate",
+    "Trajectory",
     "add_points",
     "engine",
     "envelope",
@@ -77,6 +89,7 @@ __all__ = [
     "load_aircraft",
     "load_engine",
     "load_surrogate",
+    "load_trajectory",
     "read_mission",
     "rotor_map",
     "sample",
@@ -91,13 +104,17 @@ _HOMES = {
     "EngineResult": "vrsopt.turboshaft.performance",
     "Envelope": "vrsopt.envelope_map",
     "Fit": "vrsopt.surrogate.training",
+    "ForbiddenBand": "vrsopt.schedule.bands",
     "InputError": "vrsopt.errors",
     "Mission": "vrsopt.mission.file",
+    "MissionProblem": "vrsopt.schedule.mission_problem",
     "NoSolutionError": "vrsopt.errors",
     "OperatingPoint": "vrsopt.operating_point",
     "Sampling": "vrsopt.surrogate.sampling",
+    "ScheduleSettings": "vrsopt.schedule.schedule",
     "Status": "vrsopt.solvers.status",
     "Surrogate": "vrsopt.surrogate.store",
+    "Trajectory": "vrsopt.schedule.trajectory_solution",
     "add_points": "vrsopt.surrogate.design",
     "engine": "vrsopt.turboshaft.performance",
     "envelope": "vrsopt.envelope_map",
@@ -105,6 +122,7 @@ _HOMES = {
     "load_aircraft": "vrsopt.aircraft",
     "load_engine": "vrsopt.turboshaft.data",
     "load_surrogate": "vrsopt.surrogate.store",
+    "load_trajectory": "vrsopt.schedule.trajectory_file",
     "read_mission": "vrsopt.mission.file",
     "rotor_map": "vrsopt.rotor_fields",
     "sample": "vrsopt.surrogate.design",

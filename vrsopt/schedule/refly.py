@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
@@ -97,6 +98,12 @@ class FlightGrid:
         self.model = make_path_model(self.conditions)
         self.segment = np.asarray(self.conditions.segment)
         self.time = np.asarray(self.conditions.time, dtype=float)
+
+    def under(self, settings: ScheduleSettings) -> FlightGrid:
+        """The same grid with other settings."""
+        other = copy(self)
+        other.settings = settings
+        return other
 
     @cached_property
     def mass_bounds(self) -> np.ndarray:
