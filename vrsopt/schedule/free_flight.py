@@ -134,7 +134,7 @@ class _Search:
                     raise InputError(f"{value} = {end:g}, an end of its range: {reason}") from None
 
     def _grid(self, x: np.ndarray, step: float) -> FlightGrid:
-        return FlightGrid(Profile.of(self.mission(x)), self.setup.make, step=step)
+        return FlightGrid(Profile.of(self.mission(x)), self.setup.make, step=step, settings=self.settings)
 
     def nominal(self, grid: FlightGrid) -> Schedule:
         """Rotor speed and twist held."""
