@@ -8,16 +8,14 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
 
 from vrsopt.mission.file import Mission, mission_from, read_mission
+from vrsopt.schedule.constant import best_constant_schedule
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mission_setup import MissionSetup
-from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refinement import refined_trajectory
-from vrsopt.schedule.refly import Flight
-from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+from vrsopt.schedule.refly import FlightGrid
 from vrsopt.surrogate.store import Surrogate
 
 HERE = Path(__file__).parent
@@ -26,7 +24,8 @@ CHANGES = (0, 5, 10, 20, 25)  # of speed, in the time of the nap-of-the-earth fl
 NAP, NAP_TIME, ENDS = 20, 856.0, 110.0  # changes, s, s of it to take off and to land
 SPEEDS = (15.0, 45.0)  # m/s, between which the flight goes
 ACCELERATION = 2.0  # m/s2 at most
-MISSIONS, MISSION_RATES = ("patm", "lem", "sarm"), (0.1, 0.5, 1.0)
+FEW_RATES = (0.1, 0.2, 1.0)
+MISSIONS, SHIPPED = ("patm", "lem", "sarm"), -1
 HEIGHT, LAST = 50.0, 1600.0  # m, above the field; more way than the speeds would take, for the climb and the stop
 
 
@@ -35,9 +34,10 @@ class Run:
     """One flight at one rate: fuels [kg] of the schedules on the same 1 s grid; whether each of them can be flown."""
 
     profile: str
-    changes: int
+    changes: int  # of speed; SHIPPED for a shipped mission
     seconds: float
-    rate: float
+    rate: float  # % of nominal rotor speed and deg of twist per second
+    credit: bool  # whether a rotor that slows down drives
     nominal: float
     constant: float
     pointwise: float
@@ -89,77 +89,43 @@ def flights(surrogate: Surrogate | None = None) -> Iterator[Run]:
     """All runs of the study, one after the other."""
     for changes in CHANGES:
         setup = MissionSetup(nap_of_the_earth(changes), surrogate)
-        rates = RATES if changes == NAP else (0.2, 1.0)
-        yield from runs(setup, changes=changes, rates=rates)
+        yield from runs(setup, changes, RATES if changes == NAP else FEW_RATES)
+        if changes == NAP:
+            yield from runs(setup, changes, FEW_RATES, credit=False)
     for name in MISSIONS:
         setup = MissionSetup(read_mission(HERE / f"{name}.toml"), surrogate)
-        yield from runs(setup, changes=-1, rates=MISSION_RATES)
+        yield from runs(setup, SHIPPED, FEW_RATES)
 
 
-def runs(setup: MissionSetup, *, changes: int, rates: tuple[float, ...]) -> Iterator[Run]:
-    """One mission at several actuator rates, ends pinned, kinetic energy charged and credited."""
-    mass, grid = setup.loading.takeoff_mass, setup.grid
-    best = best_constant(setup)
-    pointwise = pointwise_schedule(
-        setup.profile, setup.make, takeoff_mass=mass, settings=setup.settings, method="batched", grid=grid
-    )
+def runs(setup: MissionSetup, changes: int, rates: tuple[float, ...], *, credit: bool = True) -> Iterator[Run]:
+    """One mission at several actuator rates [% and deg per second], ends pinned, the rotor's kinetic energy charged."""
+    mass = setup.loading.takeoff_mass
     for rate in rates:
-        settings = rated(setup.settings, rate)
-        limited = rate_limited_schedule(pointwise, grid, takeoff_mass=mass, settings=settings)
-        trajectory = refined_trajectory(grid, setup.make, takeoff_mass=mass, settings=settings)
-        flown: dict[str, Flight] = {
-            "nominal": grid.fly(setup.nominal, takeoff_mass=mass),
-            "constant": grid.fly(held(setup, best, settings), takeoff_mass=mass),
-            "pointwise": grid.fly(pointwise, takeoff_mass=mass),
-            "rate_limited": grid.fly(limited, takeoff_mass=mass),
-            "trajectory": grid.fly(trajectory.schedule, takeoff_mass=mass),
+        settings = replace(
+            setup.settings,
+            rotor_speed_rate=0.01 * rate * setup.settings.nominal_rotor_speed,
+            twist_rate=math.radians(rate),
+            spin_down_credit=credit,
+        )
+        grid = FlightGrid(setup.profile, setup.make, settings=settings)
+        own = {"takeoff_mass": mass, "settings": settings}
+        pointwise = pointwise_schedule(setup.profile, setup.make, method="batched", grid=grid, **own)
+        limited = rate_limited_schedule(pointwise, grid, **own)
+        schedules = {
+            "nominal": setup.nominal,
+            "constant": best_constant_schedule(grid, **own),
+            "pointwise": pointwise,
+            "rate_limited": limited,
+            "trajectory": refined_trajectory(grid, setup.make, **own).schedule,
         }
+        flown = {name: grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
         yield Run(
             profile=setup.mission.name,
             changes=changes,
             seconds=setup.profile.duration,
             rate=rate,
+            credit=credit,
             look_ahead=float(limited.details["look_ahead"]),
             flyable={name: flight.success for name, flight in flown.items()},
             **{name: flight.fuel for name, flight in flown.items()},
         )
-
-
-def rated(settings: ScheduleSettings, rate: float) -> ScheduleSettings:
-    """The settings with actuators of ``rate`` per cent of nominal rotor speed, and degrees of twist, per second."""
-    speed = 0.01 * rate * settings.nominal_rotor_speed
-    return replace(settings, rotor_speed_rate=speed, twist_rate=math.radians(rate))
-
-
-def held(setup: MissionSetup, point: np.ndarray, settings: ScheduleSettings) -> Schedule:
-    """Rotor speed and twist of ``point`` (2,) all along, reached from nominal and left for it at the rates."""
-    nominal = nominal_schedule(setup.profile, settings)
-    constant = replace(
-        nominal,
-        name="constant",
-        rotor_speed=np.full_like(nominal.rotor_speed, point[0]),
-        twist=np.full_like(nominal.twist, point[1]),
-    )
-    mass = setup.loading.takeoff_mass
-    return rate_limited_schedule(constant, setup.grid, takeoff_mass=mass, settings=settings)
-
-
-def best_constant(setup: MissionSetup) -> np.ndarray:
-    """Rotor speed [rad/s] and twist [rad] of least fuel held all along, within the limits if a constant can be."""
-    mass, grid, settings = setup.loading.takeoff_mass, setup.grid, rated(setup.settings, 1.0)
-    nominal = np.array([settings.nominal_rotor_speed, settings.nominal_twist])
-    box = settings.box(grid.model.bounds)
-
-    def merit(scaled: np.ndarray) -> float:
-        schedule = nominal_schedule(setup.profile, settings)
-        speed, twist = np.clip(scaled * nominal, *box)
-        schedule = replace(
-            schedule,
-            rotor_speed=np.full_like(schedule.rotor_speed, speed),
-            twist=np.full_like(schedule.twist, twist),
-        )
-        flight = grid.fly(schedule, takeoff_mass=mass)
-        return flight.fuel * (1.0 + 10.0 * max(0.0, float(np.max(flight.limits))))
-
-    found = minimize(merit, [0.95, 1.2], method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4})
-    return np.clip(found.x * nominal, *box)
