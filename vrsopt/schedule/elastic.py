@@ -1,8 +1,8 @@
 """The elastic form of a whole-mission problem: its constraints give way by as little as there is no way around.
 
 Every limit, own constraint, integral, rate, acceleration, held value and bound of the mass gives way as a whole, task
-by task and side by side; the sum (L1) of what they give way by, each as a share of its limit, is least. So few of them
-give way, and where the one that does presses hardest is the place. A little of the objective stays, which settles what
+by task and side by side; the weighted sum (L1) of what they give way by, each as a share of its limit, is least. So few
+of them give way, and where the one that does presses hardest is the place. A little of the objective stays, which settles what
 is not in the way. Exact penalties: J. Nocedal, S. J. Wright, Numerical Optimization (2006), 17.2.
 """
 
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 ROWS = ("limit", "own", "integral", "acceleration")  # families that give way
 COLUMNS = ("fuel", "rotor speed rate", "twist rate")
 HELD = ("rotor speed", "twist")  # only where held at one value: beyond its bounds a model means nothing
-HELD_WEIGHT = 10.0  # of a share of a held value: 1 % of the rotor speed for as much as 10 % of a limit
+# What a share is worth against that of a limit: actuators can be chosen; a held value is soon far from what it was
+WEIGHTS = {"rotor speed rate": 0.1, "twist rate": 0.1, "acceleration": 0.1, "rotor speed": 10.0, "twist": 10.0}
 OBJECTIVE = 1e-4  # weight of the objective
 LEAST = 1e-5  # share of a limit that counts as giving way
 MAX_ITERATIONS = 500
@@ -39,7 +40,7 @@ class Given:
     label: Label
     value: float
     limit: float
-    share: float  # of the limit
+    share: float  # of the limit, weighted
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ class Elastic:
 class _Side:
     """One side of the bounds of n rows of g, or columns of x, that give way.
 
-    ``index`` of them; ``sign`` +1 for upper bounds; ``limit`` (n,) as the NLP scales it; ``size`` (n,): what a share of
-    1 is there; ``group`` (n,): what gives way as one.
+    ``index`` of them; ``sign`` +1 for upper bounds; ``limit`` (n,) as the NLP scales it; ``size`` (n,): a weighted
+    share of 1; ``group`` (n,): what gives way as one.
     """
 
     labels: Labels
@@ -149,7 +150,7 @@ def _side(
     task = np.where(labels.segment[index] < 0, -1, tasks[labels.segment[index]])
     group = first + np.unique(np.column_stack([labels.kind[index], task]), axis=0, return_inverse=True)[1].ravel()
     size = np.where(limit > 0.0, limit / scale, 1.0)  # a limit of zero gives way by what the NLP calls one
-    size = np.where(_of_families(labels, HELD)[index], size / HELD_WEIGHT, size)
+    size = size / np.array([WEIGHTS.get(kind.family, 1.0) for kind in labels.kinds])[labels.kind[index]]
     return [_Side(labels, labels is problem.rows, index, sign, bound[index], size, group)]
 
 

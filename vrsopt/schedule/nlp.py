@@ -108,7 +108,7 @@ def assemble(groups: Sequence[tuple[NodeFunctions, int]], maps: Maps) -> Nlp:
 
     y = ca.vertcat(*(ca.vec(part) for part in each("values", z)))
     f = ca.dot(ca.DM(maps.objective), x) + p[1] * ca.dot(cost, y) + ca.dot(ca.DM(maps.penalty), x * x)
-    g = ca.mtimes(a_map, x) + ca.mtimes(b_map, y)
+    g = ca.densify(ca.mtimes(a_map, x) + ca.mtimes(b_map, y))  # a row beside idle may be empty
     slopes = _blocks(each("jacobian", z), [node.jacobian for node, _ in groups])
     jacobian = a_map + ca.mtimes(b_map, ca.mtimes(slopes, e_map))
     w = ca.mtimes(b_map.T, lam_g) + lam_f * p[1] * cost
