@@ -22,6 +22,9 @@ class FinerQuadrature:
     def __init__(self, profile: Profile, make_path_model: PathModelFactory, of: Discretisation) -> None:
         self.of, mesh = of, of.mesh
         self.shares, self.weights = 0.5 * (GAUSS[0] + 1.0), 0.5 * GAUSS[1]
+        powers = np.arange(len(self.shares))
+        to_power = self.shares[:, None] ** (powers + 1) / (powers + 1)  # integrals of the powers up to each share
+        self.integral = np.linalg.solve(self.shares[:, None] ** powers, np.eye(len(powers))).T @ to_power.T
         time = mesh.start[:, None] + self.shares * mesh.step[:, None]
         segment = np.repeat(mesh.segment, len(self.shares))
         self.model = make_path_model(profile.conditions(segment, time.ravel()))
@@ -29,19 +32,22 @@ class FinerQuadrature:
     def error(self, x: np.ndarray, unburned: np.ndarray) -> np.ndarray:
         """Fuel of each interval minus that of the Gauss formula (N,) [kg], along the same rotor speed and twist.
 
-        ``unburned`` (N,) [kg] is the mass but for the fuel burned, which is interpolated between its unknowns.
+        ``unburned`` (N,) [kg] is the mass but for the fuel burned. That is first interpolated between its unknowns and
+        then integrated from the flow found so, twice: interpolated alone it would know no more than the collocation.
         """
         layout, mesh = self.of.layout, self.of.mesh
-        fuel = x[layout.fuel] @ _lagrange(layout.shares, self.shares)
         speed, twist = (
             (x[c.start][:, None] * (1.0 - self.shares) + x[c.end][:, None] * self.shares) * c.scale
             for c in layout.controls
         )
         rate = np.repeat(x[layout.charged_rate] * layout.controls[0].rate_scale, len(self.shares))
-        mass = unburned[:, None] - FUEL_SCALE * fuel
-        flow = self.model.evaluate(mass.ravel(), speed.ravel(), twist.ravel(), rate).fuel_flow.reshape(fuel.shape)
-        burned = FUEL_SCALE * (x[layout.fuel[:, -1]] - x[layout.fuel[:, 0]])
-        return np.asarray(burned - mesh.step * (flow @ self.weights))
+        fuel = FUEL_SCALE * x[layout.fuel]
+        burned = fuel @ _lagrange(layout.shares, self.shares)
+        for _ in range(3):
+            mass = (unburned[:, None] - burned).ravel()
+            flow = self.model.evaluate(mass, speed.ravel(), twist.ravel(), rate).fuel_flow.reshape(burned.shape)
+            burned = fuel[:, :1] + mesh.step[:, None] * (flow @ self.integral)
+        return np.asarray(fuel[:, -1] - fuel[:, 0] - mesh.step * (flow @ self.weights))
 
 
 def _lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:

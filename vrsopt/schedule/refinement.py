@@ -1,4 +1,5 @@
-"""The whole-mission problem solved on a mesh that is split until the flight keeps the limits between its nodes too."""
+"""The whole-mission problem solved on a mesh that is split until the flight keeps the limits between its nodes too, and
+its quadrature is good enough."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.bounds import Corridor, LimitBounds
+from vrsopt.schedule.carry_over import carried_over
 from vrsopt.schedule.mesh import Mesh, MeshOptions
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Flight, FlightGrid
@@ -22,6 +24,8 @@ from vrsopt.schedule.transcription import Transcription
 logger = logging.getLogger(__name__)
 
 MAX_ROUNDS = 5
+CHANGE = 5e-5  # of the fuel of the flight from one mesh to the next: less is not worth another one
+QUADRATURE = 1e-5  # of the fuel: a smaller sum of the mesh errors splits nothing
 CHECKED_LIMIT = 0.9 * ON_LIMIT
 SHORTEST = 0.2  # of an interval: no part of it is shorter
 
@@ -62,10 +66,12 @@ def refined(
 ) -> tuple[Trajectory, TrajectoryProblem]:
     """The solution of ``problem`` from ``takeoff_mass`` [kg], and the problem on the mesh that this has come to.
 
-    The problem knows the limits at start, middle and end of its intervals. Where a flight of its solution breaks one in
-    between, by more than may pass for active, the interval is split and the problem solved again from its solution, at
-    most MAX_ROUNDS times. Which side of forbidden bands the rotor is on, and when it crosses them, is planned first
-    (:mod:`vrsopt.schedule.speed_plan`). Other arguments as of :meth:`TrajectoryProblem.solve`.
+    Two things split intervals, and have the problem solved again from its solution, at most MAX_ROUNDS times. The
+    problem knows the limits at the stages of its intervals only: where a flight of its solution breaks one in between,
+    by more than may pass for active, the interval is split. So are the intervals of the largest mesh errors, until
+    those of the others are small, or the fuel of the flight has changed by less than CHANGE. Which side of forbidden
+    bands the rotor is on, and when it crosses them, is planned first (:mod:`vrsopt.schedule.speed_plan`). Other
+    arguments as of :meth:`TrajectoryProblem.solve`.
     """
     settings = settings or problem.settings
     crossings = None
@@ -74,6 +80,7 @@ def refined(
         crossings, initial = plan.crossings, initial or plan.schedule
         problem = problem.on(crossings.split(problem.mesh))
     rounds: list[Trajectory] = []
+    fuel: list[float] = []
     build_s = problem.build_s
     while True:
         corridor = None if crossings is None else Corridor(rotor_speed=crossings.bounds(problem.nodes.time))
@@ -81,11 +88,17 @@ def refined(
         rounds.append(last)
         if not last.success or len(rounds) == MAX_ROUNDS:
             break
-        split = broken_intervals(problem.mesh, grid.fly(last.schedule, takeoff_mass=takeoff_mass))
-        if not len(split[0]):
+        flight = grid.fly(last.schedule, takeoff_mass=takeoff_mass)
+        fuel.append(flight.fuel)
+        split = dict(zip(*broken_intervals(problem.mesh, flight), strict=True))
+        if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
+            middle = problem.mesh.start + 0.5 * problem.mesh.step
+            split = {interval: middle[interval] for interval in coarse_intervals(last)} | split
+        if not split:
             break
-        logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split[0]), len(problem.mesh))
-        problem, initial = problem.on(problem.mesh.split(*split)), last.schedule
+        logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split), len(problem.mesh))
+        finer = problem.on(problem.mesh.split(np.array(list(split)), np.array(list(split.values()))))
+        problem, initial = finer, carried_over(last, problem, finer)
         build_s += problem.build_s
     total = replace(
         last,
@@ -95,6 +108,18 @@ def refined(
         rounds=len(rounds),
     )
     return total, problem
+
+
+def coarse_intervals(trajectory: Trajectory) -> np.ndarray:
+    """Intervals whose mesh errors are largest, so many that those of the others add up to little.
+
+    None where all of them do not add up to QUADRATURE of the fuel.
+    """
+    error = np.abs(trajectory.mesh_error)
+    order = np.argsort(-error)
+    rest = error.sum() - np.cumsum(error[order])
+    enough = int(np.sum(rest > 0.5 * QUADRATURE * trajectory.fuel)) + 1
+    return order[:enough] if error.sum() > QUADRATURE * trajectory.fuel else order[:0]
 
 
 def broken_intervals(mesh: Mesh, flight: Flight) -> tuple[np.ndarray, np.ndarray]:

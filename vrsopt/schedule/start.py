@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vrsopt.schedule.nlp import Maps, Nlp
@@ -9,6 +11,22 @@ from vrsopt.schedule.rows import Discretisation
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
 FUEL_SWEEPS = 3
+
+
+def within_rates(schedule: Schedule, settings: ScheduleSettings) -> Schedule:
+    """``schedule`` raised where it is steeper than ``settings`` allow, by no more than it takes.
+
+    Raised because a faster rotor keeps its blade loading.
+    """
+    values, rates = (schedule.rotor_speed, schedule.twist), (settings.rotor_speed_rate, settings.twist_rate)
+    raised = []
+    for value, rate in zip(values, rates, strict=True):
+        if rate is not None:
+            climb = rate * schedule.time
+            value = np.maximum(np.maximum.accumulate(value + climb) - climb, value)
+            value = np.maximum(np.maximum.accumulate((value - climb)[::-1])[::-1] + climb, value)
+        raised.append(value)
+    return replace(schedule, rotor_speed=raised[0], twist=raised[1])
 
 
 def start_on(

@@ -31,7 +31,7 @@ from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.quadrature_error import FinerQuadrature
 from vrsopt.schedule.rows import Discretisation, Rows, make_rows
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
-from vrsopt.schedule.start import start_on
+from vrsopt.schedule.start import start_on, within_rates
 from vrsopt.schedule.trajectory_solution import Arc, Trajectory
 from vrsopt.schedule.transcription import Transcription
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
@@ -43,13 +43,13 @@ if TYPE_CHECKING:
 OPTIONS = {"tol": 1e-7, "acceptable_iter": 0, "nlp_scaling_method": "none", "max_iter": 300}
 COLD = {"mu_init": 1e-2}  # a tenth of IPOPT's own: the unknowns are of order one, the objective per interval is not
 WARM = {
-    "mu_init": 1e-6,
+    "mu_init": 1e-8,
     "warm_start_init_point": "yes",
-    "warm_start_bound_push": 1e-8,
-    "warm_start_bound_frac": 1e-8,
-    "warm_start_slack_bound_push": 1e-8,
-    "warm_start_slack_bound_frac": 1e-8,
-    "warm_start_mult_bound_push": 1e-8,
+    "warm_start_bound_push": 1e-6,
+    "warm_start_bound_frac": 1e-6,
+    "warm_start_slack_bound_push": 1e-6,
+    "warm_start_slack_bound_frac": 1e-6,
+    "warm_start_mult_bound_push": 1e-6,
 }
 __all__ = ["Arc", "Corridor", "Trajectory", "TrajectoryProblem"]
 
@@ -246,12 +246,13 @@ class TrajectoryProblem:
         warm = isinstance(initial, Trajectory) and self._knows(initial)
         arguments: dict[str, Any] = bounds.arguments()
         if isinstance(initial, Trajectory) and warm:
-            x0 = np.clip(initial.x, bounds.lbx, bounds.ubx)
-            p = self.parameters(takeoff_mass, cost_factor=initial.cost_factor, coefficients=coefficients)
+            schedule = within_rates(initial.schedule, settings)
+            x0, p = self.start(schedule, takeoff_mass, settings=settings, coefficients=coefficients)
+            p[1] = initial.cost_factor
             arguments |= {"lam_x0": initial.lam_x, "lam_g0": initial.lam_g}
         else:
-            schedule = initial.schedule if isinstance(initial, Trajectory) else initial
-            x0, p = self.start(schedule, takeoff_mass, settings=settings, coefficients=coefficients)
+            first = initial.schedule if isinstance(initial, Trajectory) else initial
+            x0, p = self.start(first, takeoff_mass, settings=settings, coefficients=coefficients)
         solver = self._solver(warm=warm)
         values = solver(x0=x0, p=p, **arguments)
         x, g, lam_x, lam_g = (np.array(values[name]).ravel() for name in ("x", "g", "lam_x", "lam_g"))
