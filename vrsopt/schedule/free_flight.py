@@ -92,7 +92,7 @@ def free_flight(setup: MissionSetup, settings: ScheduleSettings | None = None) -
         return None
     search = _Search(setup, mission, free, settings or setup.settings)
     nominal = search.best(search.nominal, search.scanned(search.nominal, search.stated))
-    pointwise = search.best(search.pointwise, nominal)
+    pointwise = search.best(search.pointwise, search.scanned(search.pointwise, nominal))
     scheduled = search.polished(pointwise)
     fuels = {
         "nominal_stated": search.fuel(search.nominal, search.stated),

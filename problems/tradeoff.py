@@ -1,0 +1,187 @@
+"""Fuel against NOx of the three missions; writes problems/tradeoff.md and its figure.
+
+Run: python problems/tradeoff.py (about ten minutes on one core)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from page_table import table
+
+from vrsopt.mission.file import read_mission
+from vrsopt.report.plots import png
+from vrsopt.report.style import BLUE, GREEN, SKY, VERMILION, new_figure, tidy
+from vrsopt.schedule.mission_setup import MissionSetup
+from vrsopt.schedule.tradeoff import FrontPoint, StepFronts, step_front, step_fronts, trajectory_front
+
+HERE = Path(__file__).parent
+PAGE, PICTURE = HERE / "tradeoff.md", HERE / "figures" / "tradeoff.png"
+NAMES = ("patm", "lem", "sarm")
+GENERATIONS = 30
+PERCENTILES = (50, 90, 99)
+INTRODUCTION = """# Fuel against NOx
+
+Which schedules are such that less NOx costs more fuel? Two ways to a front of each shipped mission: NSGA-II with two
+objectives at every decision step, the steps combined at equal price of NOx (kg of fuel per kg of NOx); and the
+trajectory with the NOx of the mission bounded (epsilon-constraint), between the schedules of least fuel and of least NOx.
+All are flown on the 1 s grid. The pointwise ones ignore the rates of the actuators, the trajectories keep them.
+"""
+
+
+@dataclass(frozen=True)
+class Fronts:
+    """Both fronts of a mission, and its nominal schedule: fuel and NOx [kg]."""
+
+    name: str
+    nominal: tuple[float, float]
+    steps: StepFronts
+    pointwise: list[FrontPoint]
+    trajectory: list[FrontPoint]
+
+    @property
+    def reductions(self) -> np.ndarray:
+        """By how much (m,) per cent NOx of a step can fall from where the step burns least fuel."""
+        return np.array([100.0 * (1.0 - f[:, 3].min() / f[np.argmin(f[:, 2]), 3]) for f in self.steps.points])
+
+    @property
+    def costs(self) -> np.ndarray:
+        """By how much (m,) per cent fuel flow of a step then rises."""
+        return np.array([100.0 * (f[np.argmin(f[:, 3]), 2] / f[:, 2].min() - 1.0) for f in self.steps.points])
+
+
+def fronts(name: str, workers: int = 1) -> Fronts:
+    """Both fronts of a shipped mission."""
+    setup = MissionSetup(read_mission(HERE / f"{name}.toml"))
+    own: dict[str, Any] = {"takeoff_mass": setup.loading.takeoff_mass, "settings": setup.settings}
+    flight = setup.grid.fly(setup.nominal, takeoff_mass=own["takeoff_mass"])
+    trajectories = trajectory_front(setup.grid, setup.make, **own)
+    steps = step_fronts(setup.grid, setup.make, generations=GENERATIONS, workers=workers, **own)
+    nominal = flight.fuel, setup.grid.emissions(flight).total("nox")
+    return Fronts(setup.mission.name, nominal, steps, step_front(steps, setup.grid, **own), trajectories)
+
+
+def relative(points: list[FrontPoint]) -> np.ndarray:
+    """Fuel and NOx (n, 2) over those of the first point, the one of least fuel, in per cent."""
+    values = np.array([(point.fuel, point.nox) for point in points])
+    return 100.0 * (values / values[0] - 1.0)
+
+
+def front_table(results: list[Fronts]) -> Iterator[str]:
+    """Ends of both fronts, and how long they are."""
+    rows = []
+    for result in results:
+        for way, points in (("pointwise", result.pointwise), ("trajectory", result.trajectory)):
+            first, last = points[0], points[-1]
+            fuel, nox = relative(points)[-1]
+            rows.append(
+                (
+                    result.name,
+                    way,
+                    f"{first.fuel:.3f}",
+                    f"{1e3 * first.nox:.2f}",
+                    f"{100 * (first.fuel / result.nominal[0] - 1):+.2f}",
+                    f"{100 * (first.nox / result.nominal[1] - 1):+.2f}",
+                    f"{last.fuel:.3f}",
+                    f"{1e3 * last.nox:.2f}",
+                    f"{fuel:+.4f}",
+                    f"{nox:+.4f}",
+                )
+            )
+    header = ("mission", "front", "least fuel: kg", "NOx g", "fuel %", "NOx %")
+    yield from table((*header, "least NOx: kg", "NOx g", "fuel over least %", "NOx over that %"), rows)
+
+
+def step_table(results: list[Fronts]) -> Iterator[str]:
+    """How long the fronts of the steps by themselves are."""
+    rows = [
+        (
+            result.name,
+            len(result.reductions),
+            *(f"{np.percentile(result.reductions, percentile):.3f}" for percentile in PERCENTILES),
+            f"{result.reductions.max():.2f}",
+            f"{result.costs[np.argmax(result.reductions)]:.3f}",
+            f"{100 * np.mean(result.reductions > 1.0):.1f}",
+        )
+        for result in results
+    ]
+    shares = (f"NOx to be had %: {p}th percentile" if p != 50 else "NOx to be had %: median" for p in PERCENTILES)
+    yield from table(("mission", "steps", *shares, "most", "fuel it costs there %", "steps with 1 % or more, %"), rows)
+
+
+def draw(results: list[Fronts]) -> bytes:
+    """Fronts about the point of least fuel, and the steps in order of what NOx they have to give."""
+    figure = new_figure(10.0, 6.0)
+    upper, lower = figure.subplots(2, len(results), squeeze=False)
+    for axes, result in zip(upper, results, strict=True):
+        for points, colour, label in (
+            (result.pointwise, SKY, "pointwise"),
+            (result.trajectory, VERMILION, "trajectory"),
+        ):
+            fuel, nox = relative(points).T
+            axes.plot(fuel, nox, "o-", color=colour, ms=4, label=label)
+        axes.set_title(result.name)
+        axes.set_xlabel("fuel over least fuel, %")
+        tidy(axes)
+    for axes, result in zip(lower, results, strict=True):
+        order = np.argsort(-result.reductions)
+        share = 100.0 * np.arange(len(order)) / len(order)
+        axes.step(share, result.reductions[order], color=BLUE, label="NOx to be had")
+        axes.step(share, result.costs[order], color=GREEN, label="fuel it costs")
+        axes.set_xlabel("decision steps, % of them")
+        tidy(axes)
+    upper[0].set_ylabel("NOx over that of least fuel, %")
+    lower[0].set_ylabel("of the step's own, %")
+    upper[0].legend()
+    lower[0].legend()
+    return png(figure)
+
+
+def verdict(results: list[Fronts]) -> Iterator[str]:
+    """What a per cent of NOx costs, in words and numbers."""
+    span = [abs(relative(result.trajectory)[-1, 1]) for result in results]
+    saved = [100.0 * (1.0 - r.trajectory[0].nox / r.nominal[1]) for r in results]
+    yield (
+        f"In this model NOx falls with fuel: from the nominal schedule to that of least fuel it falls by "
+        f"{min(saved):.1f} to {max(saved):.1f} %, and from there to least NOx by {min(span):.4f} to {max(span):.4f} % "
+        "more. The index of NOx rises with the power of the engines, which is what burns the fuel; what is left is the "
+        "speed of the power turbine, at which an engine makes the same power with slightly other pressure and "
+        "temperature in the combustor."
+    )
+    yield ""
+    for result in results:
+        fuel, nox = relative(result.trajectory).T
+        if nox.min() > -1.0:
+            yield (
+                f"- {result.name}: NOx -1 % below that of least fuel can not be had by rotor speed and twist; all there "
+                f"is, {nox.min():+.4f} %, changes the fuel by {fuel[np.argmin(nox)]:+.4f} %."
+            )
+        else:
+            yield f"- {result.name}: NOx -1 % costs {np.interp(1.0, -nox, fuel):+.3f} % fuel."
+    yield ""
+
+
+def page(results: list[Fronts]) -> str:
+    """The page."""
+    lines = [INTRODUCTION, *verdict(results), "![Fronts of fuel and NOx](figures/tradeoff.png)", ""]
+    lines += ["## Missions", "", *front_table(results), "## Steps by themselves", "", *step_table(results)]
+    lines.append(
+        "Upper row of the figure: fronts of the missions about the point of least fuel. Lower row: how much NOx each "
+        "decision step by itself could give up, in the order of that, and the fuel this costs it."
+    )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Write the page and its figure."""
+    results = [fronts(name) for name in NAMES]
+    PICTURE.write_bytes(draw(results))
+    PAGE.write_text(page(results), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
