@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 
 SAME_FUEL = 1e-6  # relative: a fall of the fuel by less is none
 DEAR = 2.0  # times its largest multiplier, what a breach of a limit costs
-ON_BOUND = 1e-6  # of a scaled unknown, within which it is at its bound
+NEAR_BOUND = 1e-3  # of a scaled unknown: further away its multiplier is that of the trust region, and does not count
 
 
 @dataclass(frozen=True)
@@ -292,8 +292,9 @@ class _Search:
         jacobian = problem.nlp.jacobian(x, p)[1]
         slope = slope + ca.mtimes(jacobian.T, trajectory.lam_g).full().ravel()
         bounds = problem.bounds(self.takeoff_mass)
-        slope = np.where(x > bounds.lbx + ON_BOUND, slope, np.minimum(slope, 0.0))
-        slope = np.where(x < bounds.ubx - ON_BOUND, slope, np.maximum(slope, 0.0))
+        held_below = np.where(x - bounds.lbx < NEAR_BOUND, np.minimum(trajectory.lam_x, 0.0), 0.0)
+        held_above = np.where(bounds.ubx - x < NEAR_BOUND, np.maximum(trajectory.lam_x, 0.0), 0.0)
+        slope = np.where(bounds.ubx > bounds.lbx, slope + held_below + held_above, 0.0)
         found = {name: FUEL_SCALE * slope[columns.where(name)] for name in ("rotor speed", "twist")}
         stake = 0.01 * np.sum(np.abs(found["rotor speed"]))
         stake += radians(1.0) / self.settings.nominal_twist * np.sum(np.abs(found["twist"]))
