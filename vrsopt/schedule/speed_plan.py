@@ -60,7 +60,7 @@ def speed_plan(
             rotor_speed=layers.speed,
             settings=settings,
         )
-        course = _course(layers, maps, jumps, periodic=settings.ends == "periodic")
+        course = best_course(layers, maps, jumps, periodic=settings.ends == "periodic")
         times, speeds = _corners(layers, course, settings)
         schedule = _schedule(layers, maps, times, speeds)
     return SpeedPlan(schedule, _crossings(layers, course, settings, regions))
@@ -85,7 +85,7 @@ def _layers(grid: FlightGrid, settings: ScheduleSettings, regions: tuple[tuple[f
     speed = np.concatenate(states)
     # in whole spacings that time has brought so far, so that short steps are worth something as well
     spacing = SPACING * nominal
-    reach = np.full(len(segment), np.inf) if rate is None else np.diff(np.floor(rate * time / spacing)) * spacing
+    reach = np.full(len(segment), np.inf) if rate is None else np.diff(np.floor(rate * time / spacing + 1e-9)) * spacing
     return Layers(time, segment, idle, speed, region, ~held[:, None] | (speed == nominal), reach)
 
 
@@ -99,7 +99,7 @@ def _jumps(speed: np.ndarray, settings: ScheduleSettings) -> list[Jump]:
     return jumps
 
 
-def _course(layers: Layers, maps: SpeedMaps, jumps: list[Jump], *, periodic: bool) -> Course:
+def best_course(layers: Layers, maps: SpeedMaps, jumps: list[Jump], *, periodic: bool) -> Course:
     """The cheapest course; one that is to end as it began is the best of those that begin where the free one begins,
     ends, or half-way. Raises :class:`NoSolutionError`."""
     course = cheapest(layers, maps, jumps)
