@@ -21,10 +21,12 @@ from vrsopt.mission.profile import Profile
 from vrsopt.mission.route import Arc, Leg, Point, Pose, Stay
 from vrsopt.mission.segment import Segment
 from vrsopt.mission.wind import CALM, Wind
+from vrsopt.schedule.activity import active_limits
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.emissions import changes
 from vrsopt.schedule.path_model import PathValues
 from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.rotor_energy import rotor_energy
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.verify import PhysicsFlight
 
@@ -268,6 +270,8 @@ def compare(
             fuel_physics_delta_percent=100 * (physics[key].fuel / physics["nominal"].fuel - 1),
             changes=changes(emissions[key], emissions["nominal"]),
             physics_changes=changes(physics[key].emissions, physics["nominal"].emissions),
+            energy=rotor_energy(grid, flights[key]),
+            active=active_limits(grid, flights[key], SETTINGS),
         )
         for key, schedule in chosen.items()
     }

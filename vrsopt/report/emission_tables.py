@@ -27,16 +27,23 @@ EMISSION_HEADINGS = (
 PHASE_HEADINGS = ("phase", "min", "fuel kg", "change %", "CO2 kg", "NOx g", "range g", "change %", "CO g")
 FOREMOST = (  # the one that matters most first
     "trajectory",
+    "consistent",
     "pointwise_rate_limited",
     "pointwise",
     "prescribed_rate_limited",
     "prescribed",
+    "constant",
+    "trajectory_variable_transmission",
     "nominal",
 )
 LABELS = {
     "pointwise_rate_limited": "pointwise, rate limited",
     "prescribed": "prescribed climb and descent",
     "prescribed_rate_limited": "prescribed, rate limited",
+    "constant": "best constant",
+    "consistent": "trajectory on the physics",
+    "nominal_variable_transmission": "nominal, variable transmission",
+    "trajectory_variable_transmission": "trajectory, variable transmission",
 }
 INDICATIVE = " *"  # after the name of a phase
 EMISSION_LEGEND = (

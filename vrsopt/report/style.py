@@ -44,11 +44,15 @@ DARK_KINDS = ("ground_idle", "search")  # whose names are white
 # colour, line style, line width: later ones are drawn over earlier ones
 SCHEDULE_STYLES: Mapping[str, tuple[str, str, float]] = {
     "nominal": (BLACK, "-", 1.1),
+    "nominal_variable_transmission": (GREY, "--", 1.1),
+    "constant": (YELLOW, "-", 1.8),
     "pointwise": (SKY, "-", 2.6),
     "pointwise_rate_limited": (GREEN, "-", 1.4),
     "prescribed": (PURPLE, "-", 1.4),
     "prescribed_rate_limited": (BLUE, "-", 1.1),
     "trajectory": (VERMILION, "-", 1.1),
+    "consistent": (BLACK, ":", 1.3),
+    "trajectory_variable_transmission": (BLUE, "--", 1.1),
 }
 # colour and line width by limit; the torque is wide because at nominal rotor speed it equals the engine power
 LIMIT_STYLES = ((VERMILION, 1.1), (BLUE, 1.1), (SKY, 2.6), (ORANGE, 1.1), (PURPLE, 1.1))

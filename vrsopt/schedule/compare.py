@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
-import joblib
 from rich.console import Console
 from rich.progress import Progress
 from threadpoolctl import threadpool_limits
@@ -17,32 +18,41 @@ from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION
 from vrsopt.mission.file import Mission
 from vrsopt.mission.track import FlownMission
+from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
-from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
+from vrsopt.schedule.common_flights import DECISION_STEP, fly_all
+from vrsopt.schedule.comparison import Band, Comparison
+from vrsopt.schedule.consistent import Consistent, consistent_trajectory
+from vrsopt.schedule.constant import best_constant_schedule
 from vrsopt.schedule.decision import GROUND, decision_nodes
-from vrsopt.schedule.emissions import changes
-from vrsopt.schedule.flight_nodes import flight_nodes
+from vrsopt.schedule.free_flight import free_flight
 from vrsopt.schedule.genetic import GeneticOptions
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.mission_setup import MissionSetup
+from vrsopt.schedule.physics_path import PhysicsTruth
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.prescribed import prescribed_schedule
 from vrsopt.schedule.refinement import refined_trajectory
-from vrsopt.schedule.reliance import reliance
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
+from vrsopt.schedule.step_times import StepTimes
 from vrsopt.schedule.study_input import DEFAULT, checked_schedules, read
-from vrsopt.schedule.verify import fly_physics
+from vrsopt.schedule.trajectory import Trajectory
+from vrsopt.solvers.status import Status
 from vrsopt.surrogate.store import Surrogate
 
 ORDER = (
     "nominal",
+    "constant",
     "pointwise",
     "pointwise_rate_limited",
     "prescribed",
     "prescribed_rate_limited",
     "trajectory",
+    "consistent",
+    "nominal_variable_transmission",
+    "trajectory_variable_transmission",
 )
-DECISION_STEP = 60.0  # s
+VARIABLE = "variable_transmission"
 
 
 def solve(
@@ -52,6 +62,7 @@ def solve(
     mass: float | None = None,
     schedules: Sequence[str] = DEFAULT,
     variables: str = "both",
+    objective: Mapping[str, float] | None = None,
     seed: int = 1,
     workers: int = 2,
     progress: bool = False,
@@ -60,10 +71,19 @@ def solve(
 
     ``mission``: a mission file (TOML) or a :class:`Mission`; a flown track (CSV, GPX), with the take-off ``mass`` [kg],
     or a :class:`FlownMission`. ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. ``schedules``:
-    some of nominal, pointwise, prescribed (pointwise with the study's table in climb and descent), trajectory;
-    pointwise and prescribed are flown raw and rate limited.
-    ``variables``: "both", "speed", "twist", or "all" three of them. ``seed`` is that of the genetic search. The result
-    does not depend on ``workers``; ``progress`` shows the current step on standard error.
+    some of
+
+    - nominal;
+    - constant: the best rotor speed and twist that are set once for the mission;
+    - pointwise: least fuel at every time by itself, raw and rate limited;
+    - prescribed: the same with the study's table in climb and descent, raw and rate limited;
+    - trajectory: the optimum of the mission as a whole;
+    - consistent: the trajectory, corrected until it is optimal to the physics;
+    - variable_transmission: nominal and trajectory with the engines at their own best speed, whatever the rotor's.
+
+    ``variables``: "both", "speed", "twist", or "all" three of them. ``objective``: of the trajectories, weights of
+    fuel, nox, co and co2 [kg]; default the fuel. ``seed`` is that of the genetic search. The result does not depend on
+    ``workers``; ``progress`` shows the current step on standard error.
 
     Raises :class:`InputError` for unusable input and :class:`NoSolutionError` where the mission can not be flown.
     """
@@ -71,6 +91,10 @@ def solve(
     names = checked_schedules(schedules)
     if variables not in ("both", "speed", "twist", "all"):
         raise InputError(f"solve: variables = {variables!r}: one of both, speed, twist, all")
+    if objective is not None:
+        Additions(cost=objective).cost_expression()  # complains of weights that it does not know
+        if "consistent" in names:
+            raise InputError("solve: objective: not with the schedule consistent, which is one of least fuel")
     bar = Progress(console=Console(stderr=True)) if progress else None
     with bar or nullcontext(), threadpool_limits(limits=1):  # as in the worker processes: sums round alike
         row = bar.add_task(task.name, total=None) if bar else None
@@ -80,7 +104,7 @@ def solve(
                 bar.update(row, description=f"{task.name}: {text}")
 
         try:
-            study = _Study(task, surrogate, seed=seed, workers=workers, say=say)
+            study = _Study(task, surrogate, objective=objective, seed=seed, workers=workers, say=say)
         except (InputError, NoSolutionError) as error:
             raise type(error)(f"{task.name}: {str(error).removeprefix(f'{task.name}: ')}") from None
         if variables != "all":
@@ -98,116 +122,133 @@ class _Study:
         mission: Mission | FlownMission,
         surrogate: Surrogate | Path | str | None,
         *,
+        objective: Mapping[str, float] | None,
         seed: int,
         workers: int,
         say: Callable[[str], None],
     ) -> None:
-        self.setup = setup = MissionSetup(mission, surrogate, say=say)
-        self.mission, self.seed, self.workers, self.say = mission, seed, workers, say
-        self.profile, self.limits, self.surrogate, self.settings = (
-            setup.profile,
-            setup.limits,
-            setup.surrogate,
-            setup.settings,
-        )
-        self.make, self.grid, self.nominal, self.loading = setup.make, setup.grid, setup.nominal, setup.loading
-        _ = self.make.plant.emission_table  # before the searches: what fails should fail at once
+        self.objective, self.seed, self.workers, self.say = objective, seed, workers, say
+        self.prepared = StepTimes(say)
+        with self.prepared("surrogate along the mission"):
+            setup = MissionSetup(mission, surrogate)
+        with self.prepared("free speeds and altitudes"):
+            self.free = free_flight(setup)
+        if self.free is None:
+            del self.prepared.known["free speeds and altitudes"]
+        else:
+            mission = self.free.mission
+            setup = MissionSetup(mission, setup.surrogate)
+        self.mission, self.setup = mission, setup
+        self.profile, self.limits, self.loading = setup.profile, setup.limits, setup.loading
+        with self.prepared("table of emissions"):
+            _ = setup.make.plant.emission_table  # before the searches: what fails should fail at once
+
+    @cached_property
+    def variable(self) -> MissionSetup:
+        """The same mission with the engines at their own best speed; it takes off with the same mass."""
+        return MissionSetup(self.mission, self.setup.surrogate, transmission="variable")
 
     def compare(self, names: Sequence[str], variables: Variables) -> Comparison:
         """Schedules of ``names`` with the given variables free, flown and compared."""
-        settings = self.settings.restricted(variables)
-        mass = self.loading.takeoff_mass
-        found: dict[str, Schedule] = {"nominal": self.nominal}
-        if "pointwise" in names or "prescribed" in names:
-            self.say("pointwise search")
-            found["pointwise"] = pointwise_schedule(
-                self.profile,
-                self.make,
-                takeoff_mass=mass,
-                settings=settings,
-                genetic=GeneticOptions(seed=self.seed),
-                workers=self.workers,
-                grid=self.grid,
-            )
-            if "prescribed" in names:
-                found["prescribed"] = prescribed_schedule(
-                    found["pointwise"], self.grid, takeoff_mass=mass, settings=settings
+        settings = self.setup.settings.restricted(variables)
+        timed = StepTimes(self.say)
+        timed.known |= {name: replace(step) for name, step in self.prepared.known.items()}
+        found: dict[str, Schedule] = {"nominal": self.setup.nominal}
+        if "constant" in names:
+            with timed("best constant rotor speed and twist"):
+                found["constant"] = best_constant_schedule(
+                    self.setup.grid, takeoff_mass=self.loading.takeoff_mass, settings=settings
                 )
-            limited = {
-                name: rate_limited_schedule(found[name], self.grid, takeoff_mass=mass, settings=settings)
-                for name in ("pointwise", "prescribed")
-                if name in found
-            }
-            found |= {f"{name}_rate_limited": schedule for name, schedule in limited.items()}
-            found = {name: found[name] for name in ORDER if name in found}
-        trajectory = None
-        if "trajectory" in names:
-            self.say("trajectory")
-            trajectory = refined_trajectory(self.grid, self.make, takeoff_mass=mass, settings=settings)
+        if "pointwise" in names or "prescribed" in names:
+            found |= self._pointwise(settings, timed, prescribed="prescribed" in names)
+        trajectory = consistent = None
+        if "trajectory" in names or "consistent" in names:
+            with timed("trajectory"):
+                trajectory = self._trajectory(self.setup, settings)
             found["trajectory"] = replace(trajectory.schedule, name="trajectory")
-        self.say("re-flight on the physics")
+        if "consistent" in names and trajectory is not None:
+            with timed("trajectory on the physics"):
+                found["consistent"], consistent = self._consistent(trajectory, settings)
+        if "variable_transmission" in names:
+            with timed("variable transmission"):
+                found["nominal_variable_transmission"] = self.variable.nominal
+                other = self._trajectory(self.variable, settings)
+            found["trajectory_variable_transmission"] = other.schedule
+        found = {name: replace(found[name], name=name) for name in ORDER if name in found}
+        setups = {name: self.variable if name.endswith(VARIABLE) else self.setup for name in found}
         return Comparison(
             mission=self.mission,
             profile=self.profile,
             settings=settings,
             limits=self.limits,
             loading=self.loading,
-            results=self._flown(found),
+            results=fly_all(found, setups, settings=settings, timed=timed, workers=self.workers),
             band=self._band(settings),
             trajectory=trajectory,
+            consistent=consistent,
+            free=self.free,
+            steps=timed.as_dict(),
             provenance={
                 "model_version": MODEL_VERSION,
-                "data_hash": self.surrogate.data_hash,
-                "design_seed": self.surrogate.seed,
+                "data_hash": self.setup.surrogate.data_hash,
+                "design_seed": self.setup.surrogate.seed,
                 "search_seed": self.seed,
                 "variables": variables,
+                "objective": "fuel" if self.objective is None else json.dumps(dict(self.objective)),
             },
         )
 
-    def _flown(self, schedules: Mapping[str, Schedule]) -> dict[str, ScheduleResult]:
-        mass, nodes = self.loading.takeoff_mass, flight_nodes(self.profile, schedules.values())
-        with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
-            physics = joblib.Parallel(n_jobs=min(self.workers, len(schedules)))(
-                joblib.delayed(fly_physics)(self.profile, schedule, limits=self.limits, takeoff_mass=mass, nodes=nodes)
-                for schedule in schedules.values()
+    def _pointwise(self, settings: ScheduleSettings, timed: StepTimes, *, prescribed: bool) -> dict[str, Schedule]:
+        """The pointwise schedule and, if asked for, the prescribed one, each raw and rate limited."""
+        grid, mass = self.setup.grid, self.loading.takeoff_mass
+        with timed("pointwise search"):
+            raw = pointwise_schedule(
+                self.profile,
+                self.setup.make,
+                takeoff_mass=mass,
+                settings=settings,
+                genetic=GeneticOptions(seed=self.seed),
+                workers=self.workers,
+                grid=grid,
             )
-        flights = {name: self.grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
-        emissions = {name: self.grid.emissions(flight) for name, flight in flights.items()}
-        decisions = decision_nodes(self.profile, DECISION_STEP)
-        base, base_physics = flights["nominal"].fuel, physics[0].fuel
-        return {
-            name: ScheduleResult(
-                schedule=schedule,
-                flight=flights[name],
-                physics=flown,
-                emissions=emissions[name],
-                fuel_delta_percent=100 * (flights[name].fuel / base - 1),
-                fuel_delta_closed_percent=100 * (self._closed_fuel(name, schedule) / self.loading.fuel_burned - 1),
-                fuel_physics_delta_percent=100 * (flown.fuel / base_physics - 1),
-                changes=changes(emissions[name], emissions["nominal"]),
-                physics_changes=changes(flown.emissions, physics[0].emissions),
-                reliance=reliance(self.make, decisions, self.grid, flights[name]),
-            )
-            for (name, schedule), flown in zip(schedules.items(), physics, strict=True)
-        }
+        found = {"pointwise": raw}
+        with timed("rate limiter"):
+            if prescribed:
+                found["prescribed"] = prescribed_schedule(raw, grid, takeoff_mass=mass, settings=settings)
+            limited = {
+                f"{name}_rate_limited": rate_limited_schedule(schedule, grid, takeoff_mass=mass, settings=settings)
+                for name, schedule in found.items()
+            }
+        return found | limited
 
-    def _closed_fuel(self, name: str, schedule: Schedule) -> float:
-        """Fuel [kg] burned when the take-off mass is closed for ``schedule``; nan if that leaves the sampled box."""
-        if name == "nominal":
-            return self.loading.fuel_burned
+    def _trajectory(self, setup: MissionSetup, settings: ScheduleSettings) -> Trajectory:
+        additions = None if self.objective is None else Additions(cost=self.objective)
+        mass = self.loading.takeoff_mass
+        return refined_trajectory(setup.grid, setup.make, takeoff_mass=mass, settings=settings, additions=additions)
+
+    def _consistent(self, trajectory: Trajectory, settings: ScheduleSettings) -> tuple[Schedule, Consistent | None]:
+        """The trajectory on the physics; where that can not be solved, the surrogate's without success."""
         try:
-            return self.setup.close(schedule).fuel_burned
-        except (InputError, NoSolutionError):
-            return math.nan
+            found = consistent_trajectory(
+                self.profile,
+                self.setup.make,
+                PhysicsTruth(self.profile, self.limits, workers=self.workers),
+                takeoff_mass=self.loading.takeoff_mass,
+                trajectory=trajectory,
+                settings=settings,
+            )
+        except NoSolutionError as error:
+            return replace(trajectory.schedule, success=False, status=Status.INFEASIBLE, message=str(error)), None
+        return found.trajectory.schedule, found
 
     def _band(self, settings: ScheduleSettings) -> Band:
         """Rotor speeds within 0.5 % of least fuel at the decision nodes in flight, at the nominal schedule's mass."""
         nodes = decision_nodes(self.profile, DECISION_STEP)
-        model = self.make(nodes.conditions())
-        mass = self.grid.burned(self.nominal, takeoff_mass=self.loading.takeoff_mass)[0]
-        mass = nodes.interpolated(self.grid, mass)
+        model = self.setup.make(nodes.conditions())
+        mass = self.setup.grid.burned(self.setup.nominal, takeoff_mass=self.loading.takeoff_mass)[0]
+        mass = nodes.interpolated(self.setup.grid, mass)
         box = settings.box(model.bounds)
-        optima = batched_minimum(model, mass, box=box)
+        optima = batched_minimum(model, mass, box=box, bands=settings.forbidden_bands)
         lower, upper = rotor_speed_band(model, mass, optima=optima, box=box)
         flying = nodes.search != GROUND
         return Band(

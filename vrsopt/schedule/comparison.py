@@ -15,10 +15,14 @@ from vrsopt.mission.file import Mission
 from vrsopt.mission.loading import TakeoffLoading
 from vrsopt.mission.profile import Profile
 from vrsopt.mission.track import FlownMission
+from vrsopt.schedule.advantage import advantage
+from vrsopt.schedule.consistent import Consistent
 from vrsopt.schedule.emission_summary import emission_figures, foca_summary
 from vrsopt.schedule.emissions import NOTE, Emitted
+from vrsopt.schedule.free_flight import FreeFlight
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
+from vrsopt.schedule.rotor_energy import RotorEnergy
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.task_summary import task_figures
 from vrsopt.schedule.trajectory import Trajectory
@@ -46,6 +50,7 @@ class ScheduleResult:
 
     ``fuel_delta_closed``: with the take-off mass closed again, so that the fuel saved need not be carried.
     ``emissions``: of ``flight``; ``changes`` of them by name, and those on the physics, empty if that was not solved.
+    ``energy``: of the rotor; ``active``: what holds the schedule, by name the share of the mission's time.
     ``reliance``: what the flight relies on in the surrogate's design (see :mod:`vrsopt.schedule.reliance`), None if it
     was not asked for.
     """
@@ -59,6 +64,8 @@ class ScheduleResult:
     fuel_physics_delta_percent: float
     changes: Mapping[str, float]
     physics_changes: Mapping[str, float]
+    energy: RotorEnergy
+    active: Mapping[str, float]
     reliance: xr.Dataset | None = field(default=None, repr=False)
 
     @property
@@ -81,7 +88,11 @@ class ScheduleResult:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A mission flown with several schedules."""
+    """A mission flown with several schedules.
+
+    ``trajectory`` and ``consistent``: the solutions of the schedules of these names; ``free``: how speeds and altitudes
+    that the mission leaves free were chosen; ``steps``: how long each step took [s].
+    """
 
     mission: Mission | FlownMission
     profile: Profile
@@ -92,6 +103,9 @@ class Comparison:
     band: Band
     trajectory: Trajectory | None
     provenance: Mapping[str, Any]
+    consistent: Consistent | None = None
+    free: FreeFlight | None = None
+    steps: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     variants: Mapping[str, Comparison] = field(default_factory=dict)
 
     @property
@@ -99,6 +113,11 @@ class Comparison:
         """Whether every schedule succeeded."""
         own = all(result.success for result in self.results.values())
         return own and all(variant.success for variant in self.variants.values())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed or chosen to make the mission what was flown."""
+        return (*self.mission.notes, *(self.free.notes if self.free else ()))
 
     def summary(self) -> dict[str, Any]:
         """The figures of ``summary.json``."""
@@ -117,8 +136,13 @@ class Comparison:
             "tasks": task_figures(self.profile, self.results),
             "foca": foca_summary(self.profile, self.limits.aircraft, self.limits.engine),
         }
-        if self.mission.notes:
-            content["notes"] = list(self.mission.notes)
+        if self.notes:
+            content["notes"] = list(self.notes)
+        if self.free is not None:
+            content["free_flight"] = self.free.summary()
+        gained = advantage(self.results)
+        if gained is not None:
+            content["advantage"] = gained.as_dict()
         if "prescribed" in self.results:
             content["prescribed_difference_percent"] = self._prescribed_difference()
         if self.trajectory is not None:
@@ -129,6 +153,10 @@ class Comparison:
                 "solve_s": self.trajectory.solve_s,
                 "resimulation_error": error,
             }
+        if self.consistent is not None:
+            content["consistent"] = self._consistency(self.consistent)
+        if self.steps:
+            content["steps"] = {name: dict(times) for name, times in self.steps.items()}
         return content | {name: variant.summary() for name, variant in self.variants.items()}
 
     def _figures(self, result: ScheduleResult) -> dict[str, Any]:
@@ -146,7 +174,18 @@ class Comparison:
             "max_twist_rate_deg_s": _number(twist_rate),
             "surrogate_std_percent": _number(result.surrogate_std_percent),
             "physics_largest_usage_percent": self._usage(result.physics),
+            "max_rotor_speed_acceleration_percent_s2": _number(
+                100 * result.flight.max_rotor_speed_acceleration / nominal
+            ),
             "time_on_limits_percent": {name: 100 * share for name, share in result.flight.time_on_limits.items()},
+            "active_limits_percent": {name: 100 * share for name, share in result.active.items()},
+            "rotor_energy_kj": {
+                "charged": 1e-3 * result.energy.charged,
+                "credited": 1e-3 * result.energy.credited,
+                "jumped": 1e-3 * result.energy.jumped,
+                "end_minus_start": 1e-3 * result.energy.end_minus_start,
+            },
+            "rotor_energy_fuel_kg": result.energy.fuel,
             **emission_figures(self.profile, result),
             "success": result.success,
             "message": result.message,
@@ -158,6 +197,22 @@ class Comparison:
         return {
             "surrogate": 100 * (own.flight.fuel / base.flight.fuel - 1),
             "physics": _number(100 * (own.physics.fuel / base.physics.fuel - 1)),
+        }
+
+    @staticmethod
+    def _consistency(found: Consistent) -> dict[str, Any]:
+        """How well the consistent trajectory is one of the physics."""
+        last = found.optimality
+        return {
+            "solves": len(found.history),
+            "trims": found.trims,
+            "derivatives": found.derivatives,
+            "fuel_physics_kg": found.fuel_physics,
+            "problem_against_physics_percent": 100 * (found.trajectory.fuel / found.fuel_physics - 1),
+            "stationarity_kg": last.stationarity,
+            "at_stake_kg": last.at_stake,
+            "largest_excess_percent": 100 * last.excess,
+            "message": found.message,
         }
 
     @staticmethod

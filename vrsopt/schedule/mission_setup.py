@@ -20,7 +20,7 @@ from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule
 from vrsopt.schedule.study_input import loaded, schedule_settings
-from vrsopt.schedule.surrogate_path import SurrogateAircraft
+from vrsopt.schedule.surrogate_path import SurrogateAircraft, Transmission
 from vrsopt.schedule.takeoff import closed_loading, given_loading
 from vrsopt.surrogate.store import Surrogate
 
@@ -39,9 +39,11 @@ class MissionSetup:
         mission: Mission | FlownMission,
         surrogate: Surrogate | Path | str | None = None,
         *,
+        transmission: Transmission = "fixed",
         say: Callable[[str], None] = lambda text: None,
     ) -> None:
-        """``surrogate``: default the shipped one. ``say`` is told what takes time.
+        """``surrogate``: default the shipped one. ``transmission``: "variable" lets the engines run at their own best
+        speed. ``say`` is told what takes time.
 
         Raises :class:`InputError` for unusable input.
         """
@@ -52,7 +54,10 @@ class MissionSetup:
         self.limits = Limits(self.machine.aircraft, self.machine.engine, mission.limits.limits, margin)
         self.surrogate = loaded(surrogate, self.machine.data_hash)
         self.settings = schedule_settings(mission, self.machine)
-        self.make = SurrogateAircraft(self.surrogate, self.limits, isa_offset=mission.isa_offset_k)
+        self.transmission: Transmission = transmission
+        self.make = SurrogateAircraft(
+            self.surrogate, self.limits, isa_offset=mission.isa_offset_k, transmission=transmission
+        )
         say("surrogate along the mission")
         self.grid = FlightGrid(self.profile, self.make, settings=self.settings)
         self.nominal = nominal_schedule(self.profile, self.settings)

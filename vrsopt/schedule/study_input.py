@@ -17,7 +17,15 @@ from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.surrogate.store import Surrogate, load
 
-SCHEDULES = ("nominal", "pointwise", "prescribed", "trajectory")
+SCHEDULES = (
+    "nominal",
+    "constant",
+    "pointwise",
+    "prescribed",
+    "trajectory",
+    "consistent",
+    "variable_transmission",
+)
 DEFAULT = ("nominal", "pointwise", "trajectory")
 
 
