@@ -91,8 +91,9 @@ def assemble(groups: Sequence[tuple[NodeFunctions, int]], maps: Maps) -> Nlp:
     cost = ca.sparsify(ca.DM(maps.cost))
     x, p = ca.MX.sym("x", e_map.size2()), ca.MX.sym("p", 2 + n_c * sum(points))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", a_map.size1())
-    z = ca.mtimes(e_map, x) + p[0] * ca.DM(maps.takeoff) + ca.DM(maps.constant)
-    coefficients = ca.horzsplit(ca.reshape(p[2:], n_c, sum(points)), np.cumsum([0, *points]).tolist())
+    takeoff_mass, factor, *own = ca.vertsplit(p, [0, 1, *(2 + n_c * np.cumsum([0, *points])).tolist()])
+    coefficients = [ca.reshape(part, n_c, count) for part, count in zip(own, points, strict=True)]
+    z = ca.mtimes(e_map, x) + takeoff_mass * ca.DM(maps.takeoff) + ca.DM(maps.constant)
 
     def each(name: str, *per_point: ca.MX) -> list[ca.MX]:
         """One of the node functions of every group, mapped; ``per_point`` are vectors to be dealt out to the points."""
@@ -107,11 +108,11 @@ def assemble(groups: Sequence[tuple[NodeFunctions, int]], maps: Maps) -> Nlp:
         return results
 
     y = ca.vertcat(*(ca.vec(part) for part in each("values", z)))
-    f = ca.dot(ca.DM(maps.objective), x) + p[1] * ca.dot(cost, y) + ca.dot(ca.DM(maps.penalty), x * x)
+    f = ca.dot(ca.DM(maps.objective), x) + factor * ca.dot(cost, y) + ca.dot(ca.DM(maps.penalty), x * x)
     g = ca.densify(ca.mtimes(a_map, x) + ca.mtimes(b_map, y))  # a row beside idle may be empty
     slopes = _blocks(each("jacobian", z), [node.jacobian for node, _ in groups])
     jacobian = a_map + ca.mtimes(b_map, ca.mtimes(slopes, e_map))
-    w = ca.mtimes(b_map.T, lam_g) + lam_f * p[1] * cost
+    w = ca.mtimes(b_map.T, lam_g) + lam_f * factor * cost
     curvature = _blocks(each("hessian", z, ca.densify(w)), [node.hessian for node, _ in groups])
     hessian = ca.mtimes(e_map.T, ca.mtimes(curvature, e_map)) + 2 * lam_f * ca.diag(ca.DM(maps.penalty))
     multipliers = ["x", "p", "lam_f", "lam_g"]

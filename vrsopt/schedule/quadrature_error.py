@@ -13,7 +13,7 @@ from vrsopt.schedule.rows import Discretisation
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
 
-GAUSS = np.polynomial.legendre.leggauss(4)  # order 8
+GAUSS = np.polynomial.legendre.leggauss(3)  # order 6
 
 
 class FinerQuadrature:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def within_rates(schedule: Schedule, settings: ScheduleSettings) -> Schedule:
 
 
 def start_on(
-    schedule: Schedule, of: Discretisation, nlp: Nlp, maps: Maps, p: np.ndarray, settings: ScheduleSettings
+    schedule: Schedule, of: Discretisation, nlp: Nlp, maps: Maps, p: Any, settings: ScheduleSettings
 ) -> tuple[np.ndarray, float]:
     """Unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel.
 

@@ -160,6 +160,7 @@ class TrajectoryProblem:
                 "jac_g": self.nlp.jacobian,
                 "hess_lag": self.nlp.hessian,
                 "calc_lam_p": False,
+                "no_nlp_grad": True,
             }
             self._solvers[warm] = ca.nlpsol("trajectory", "ipopt", self.nlp.problem, {**options, **derivatives})
         return self._solvers[warm]
@@ -170,10 +171,20 @@ class TrajectoryProblem:
 
     def parameters(
         self, takeoff_mass: float, *, cost_factor: float = 1.0, coefficients: np.ndarray | None = None
-    ) -> np.ndarray:
+    ) -> ca.DM:
         """Parameters p of the NLP; ``coefficients`` (n_c, P) replace those of the path model at ``points``."""
+        p = ca.DM(self._p) if coefficients is None else self._parameters(coefficients)
+        p[0], p[1] = takeoff_mass, cost_factor
+        return p
+
+    @cached_property
+    def _p(self) -> ca.DM:
+        return self._parameters(None)
+
+    def _parameters(self, coefficients: np.ndarray | None) -> ca.DM:
+        """Parameters but for the first two; so many that handing them to CasADi takes longer than using them."""
         columns = self._extended.with_own(coefficients)[:, self.evaluations.order]
-        return np.concatenate([[takeoff_mass, cost_factor], columns.ravel(order="F")])
+        return ca.DM(np.concatenate([[0.0, 0.0], columns.ravel(order="F")]))
 
     def bounds(
         self,
@@ -205,7 +216,7 @@ class TrajectoryProblem:
         *,
         settings: ScheduleSettings | None = None,
         coefficients: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, ca.DM]:
         """Start x on ``schedule`` (nominal if none is given), and p with the factor on the cost that suits it."""
         settings = settings or self.settings
         schedule = schedule or nominal_schedule(self.profile, settings)
