@@ -9,6 +9,7 @@ import numpy as np
 
 from vrsopt.schedule.speed_maps import SpeedMaps
 
+BREACH = 1e6  # kg/s per unit of excess over a limit
 TOO_QUICK = 1e3  # kg per rad/s2 by which the rotor speeds up more than a limit allows
 
 
@@ -81,9 +82,10 @@ def _way_back(cost: np.ndarray, before: np.ndarray) -> Course:
 
 def _moving(maps: SpeedMaps, k: int, change: np.ndarray, step: float) -> np.ndarray:
     """Fuel (K, K) [kg] of step k from any state to any other, by the trapezoidal rule."""
-    flow, up, down = (values[0, k][:, None] + values[1, k] for values in (maps.fuel_flow, maps.up, maps.down))
+    flow = maps.fuel_flow[:, k] + BREACH * np.maximum(maps.excess[:, k], 0.0)
+    both, up, down = (values[0][:, None] + values[1] for values in (flow, maps.up[:, k], maps.down[:, k]))
     room = np.minimum(maps.quickest[0, k][:, None], maps.quickest[1, k])
-    fuel = 0.5 * step * flow + 0.5 * change * np.where(change > 0.0, up, down)
+    fuel = 0.5 * step * both + 0.5 * change * np.where(change > 0.0, up, down)
     return fuel + TOO_QUICK * np.maximum(change / step - room, 0.0)
 
 
@@ -92,7 +94,10 @@ def _jumping(layers: Layers, maps: SpeedMaps, k: int, m: int, jump: Jump) -> flo
     ends = np.stack([layers.time[k:m], layers.time[k + 1 : m + 1]])
     share = np.minimum((ends - layers.time[k]) / jump.duration, 1.0) if jump.duration else np.ones_like(ends)
     steps, a, b = np.arange(k, m), jump.origin, jump.target
-    flow = (1.0 - share) * maps.fuel_flow[:, steps, a] + share * maps.fuel_flow[:, steps, b]
+    flow, excess = (
+        (1.0 - share) * values[:, steps, a] + share * values[:, steps, b] for values in (maps.fuel_flow, maps.excess)
+    )
+    flow = flow + BREACH * np.maximum(excess, 0.0)
     change = float(layers.speed[b] - layers.speed[a])
     price = maps.up if change > 0.0 else maps.down
     fuel = 0.5 * np.sum((ends[1] - ends[0]) * flow) + 0.5 * change * (price[0, k, a] + price[1, m - 1, b])

@@ -10,6 +10,7 @@ import numpy as np
 from vrsopt.schedule.mesh import Mesh
 
 SAME_TIME = 1e-3  # s
+PARTS = 4  # of a window, each with a rate of its own
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,10 @@ class Crossings:
         return lower, upper
 
     def split(self, mesh: Mesh) -> Mesh:
-        """``mesh`` with an edge at the start and the end of every window."""
-        for time in np.unique([edge for window in self.windows for edge in (window.start, window.end)]):
+        """``mesh`` with edges at the start and the end of every window, and inside so that it can be crossed at any
+        time."""
+        edges = [np.linspace(window.start, window.end, PARTS + 1) for window in self.windows]
+        for time in np.unique(edges):
             inside = (mesh.start < time - SAME_TIME) & (time + SAME_TIME < mesh.end)
             interval = np.flatnonzero(inside)
             mesh = mesh.split(interval, np.full(len(interval), time)) if len(interval) else mesh

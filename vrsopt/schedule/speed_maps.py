@@ -22,12 +22,13 @@ NO_BOUND = 1e9  # rad/s2
 class SpeedMaps:
     """At the start and the end of n steps in time, for K rotor speeds: arrays (2, n, K).
 
-    ``fuel_flow`` [kg/s] at constant rotor speed; what is over a limit is very expensive. ``up`` and ``down``: kg of
-    fuel that it costs to speed up by 1 rad/s, and that slowing down gives back. ``quickest`` [rad/s2]: the rate of
+    ``fuel_flow`` [kg/s] at constant rotor speed, ``excess`` over the nearest limit. ``up`` and ``down``: kg of fuel
+    that it costs to speed up by 1 rad/s, and that slowing down gives back. ``quickest`` [rad/s2]: the rate of
     speeding up that no limit allows to exceed. ``twist`` [rad].
     """
 
     fuel_flow: np.ndarray
+    excess: np.ndarray
     up: np.ndarray
     down: np.ndarray
     quickest: np.ndarray
@@ -64,7 +65,8 @@ def speed_maps(
         return np.stack([(1.0 - w) * at_nodes[left] + w * at_nodes[left + 1] for left, w in where])
 
     return SpeedMaps(
-        fuel_flow=spread(still.fuel_flow + BREACH * np.maximum(excess, 0.0)),
+        fuel_flow=spread(still.fuel_flow),
+        excess=spread(excess),
         up=spread((faster.fuel_flow - still.fuel_flow) / rate),
         down=spread((still.fuel_flow - slower.fuel_flow) / rate * settings.spin_down_credit),
         quickest=spread(np.maximum(room, 0.0)),
