@@ -7,6 +7,7 @@ import html
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vrsopt.report.account_tables import ACCOUNT_HEADINGS, ACCOUNT_LEGEND, account_rows
 from vrsopt.report.emission_tables import (
     EMISSION_HEADINGS,
     EMISSION_LEGEND,
@@ -37,7 +38,8 @@ CAPTIONS = {
     "mission_profile": "The mission over time. Speed is true airspeed; the load factor is that of turns and of the "
     "vertical plane together. Vertical flight, at 90 deg, leaves the scale of the climb angle.",
     "schedules": "Schedules over time. Grey: rotor speeds within 0.5 % of the least fuel flow at the nominal "
-    "schedule's mass. Limits: 100 % is allowed; the blade loading keeps the manoeuvre margin.",
+    "schedule's mass. Hatched: forbidden bands, to be crossed only. Limits: 100 % is allowed; the blade loading keeps "
+    "the manoeuvre margin.",
     "fuel": "Fuel burned with each schedule.",
     "emissions": "NOx and CO flow over time with the shipped fit of the combustor; band: NOx of the schedule over all "
     "fits. At idle both are indicative only.",
@@ -77,7 +79,7 @@ def report_page(
     name = html.escape(comparison.mission.name)
     cases = {"": comparison, **comparison.variants}
     parts = [_section(case, pictures[key]) for key, case in cases.items()]
-    told = "".join(f"<li>{html.escape(line)}</li>" for line in (*comparison.mission.notes, *footer(comparison)))
+    told = "".join(f"<li>{html.escape(line)}</li>" for line in (*comparison.notes, *footer(comparison)))
     rows = "".join(
         f'<tr><th>{html.escape(key.replace("_", " "))}</th><td class="words">{html.escape(str(value))}</td></tr>'
         for key, value in record.items()
@@ -101,7 +103,9 @@ def _section(comparison: Comparison, pictures: Mapping[str, bytes]) -> str:
     return (
         f"<h2>{html.escape(title(comparison))}</h2>\n{_table(HEADINGS, fuel)}{_legend(LEGEND)}{notes}"
         f"<h3>Emissions</h3>\n{_table(EMISSION_HEADINGS, emission_rows(comparison))}{_legend(EMISSION_LEGEND)}"
-        f"{images}<h3>Tasks</h3>\n{_by_schedule(comparison, TASK_HEADINGS, task_rows)}{_legend(TASK_LEGEND)}"
+        f"<h3>Rotor energy and what is active</h3>\n{_table(ACCOUNT_HEADINGS, account_rows(comparison))}"
+        f"{_legend(ACCOUNT_LEGEND)}{images}"
+        f"<h3>Tasks</h3>\n{_by_schedule(comparison, TASK_HEADINGS, task_rows)}{_legend(TASK_LEGEND)}"
         f"<h3>Phases</h3>\n{_by_schedule(comparison, PHASE_HEADINGS, phase_rows)}{_legend(PHASE_LEGEND)}"
     )
 

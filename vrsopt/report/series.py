@@ -80,6 +80,10 @@ def _rotor_speed(axes: Axes, comparison: Comparison) -> None:
     schedule_lines(
         axes, comparison, {name: percent * result.flight.rotor_speed for name, result in comparison.results.items()}
     )
+    for number, forbidden in enumerate(settings.forbidden_bands):
+        text = "forbidden, crossing only" if number == 0 else None
+        low, high = percent * forbidden.lower, percent * forbidden.upper
+        axes.axhspan(low, high, facecolor="none", edgecolor=GREY, hatch="///", linewidth=0.0, label=text, zorder=0.5)
     _bounds(axes, [percent * bound for bound in settings.rotor_speed_bounds])
     axes.set_ylabel("rotor speed, %")
     legend_beside(axes, title="schedule")

@@ -13,6 +13,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from vrsopt.report.account_tables import ACCOUNT_HEADINGS, ACCOUNT_LEGEND, account_rows, steps_line
 from vrsopt.report.emission_tables import (
     EMISSION_HEADINGS,
     EMISSION_LEGEND,
@@ -25,6 +26,7 @@ from vrsopt.report.emission_tables import (
     number,
     phase_rows,
 )
+from vrsopt.schedule.advantage import advantage
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
 from vrsopt.schedule.task_summary import KindShare, kind_shares
 
@@ -50,6 +52,7 @@ TEXTS = {
     "phase": 8,
     "kind of task": 14,
     "verdict": 10,
+    "active, % of the time": 24,
 }  # columns of text, and the width of their longest word
 LEGEND = (
     "change: fuel against the nominal schedule from the same take-off mass, on the surrogate and on the physics; "
@@ -123,6 +126,9 @@ def remarks(comparison: Comparison) -> list[str]:
         if text:
             lines.append(f"{row.cells[0]}: {text}")
     lines += _prescribed_against_modelled(comparison)
+    gained = advantage(comparison.results)
+    if gained is not None:
+        lines.append(f"{str(gained)[:1].upper()}{str(gained)[1:]}.")
     if not comparison.results["nominal"].success:
         lines.append("The nominal schedule itself is not flyable: the changes compare with it all the same.")
     return lines
@@ -163,6 +169,7 @@ def footer(comparison: Comparison) -> list[str]:
             f"{solver['solve_s']:.1f} s; re-flown fuel differs by {100 * abs(solver['resimulation_error']):.4f} %"
         )
     lines += [_difference(comparison), _limits_reached(comparison), foca_line(comparison)]
+    lines += filter(None, [steps_line(comparison)])
     lines.append(f"{SIMPLIFICATIONS[0].upper()}{SIMPLIFICATIONS[1:]}.")
     return lines
 
@@ -175,9 +182,10 @@ def summary_table(comparison: Comparison) -> Group:
         shown = foremost(case)
         parts += [_table(title(case), HEADINGS, fuel), Text(""), *(Text(line) for line in remarks(case)), Text("")]
         parts += [_table("Emissions", EMISSION_HEADINGS, emission_rows(case)), Text("")]
+        parts += [_table("Rotor energy and what is active", ACCOUNT_HEADINGS, account_rows(case)), Text("")]
         parts += [_table(f"Tasks, {label(shown)}", TASK_HEADINGS, task_rows(case, shown)), Text("")]
         parts += [_table(f"Phases, {label(shown)}", PHASE_HEADINGS, phase_rows(case, shown)), Text("")]
-    legends = (LEGEND, EMISSION_LEGEND, TASK_LEGEND, PHASE_LEGEND)
+    legends = (LEGEND, EMISSION_LEGEND, ACCOUNT_LEGEND, TASK_LEGEND, PHASE_LEGEND)
     parts += [Text(line) for line in (*(f"{text[0].upper()}{text[1:]}." for text in legends), *footer(comparison))]
     return Group(*parts)
 
