@@ -268,7 +268,7 @@ class TrajectoryProblem:
         values = solver(x0=x0, p=p, **arguments)
         x, g, lam_x, lam_g = (np.array(values[name]).ravel() for name in ("x", "g", "lam_x", "lam_g"))
         has_cost = self.additions.cost is not None
-        optimum = results.Optimum(x, g, lam_x, lam_g, bounds, 1.0 / p[1] if has_cost else FUEL_SCALE)
+        optimum = results.Optimum(x, g, lam_x, lam_g, bounds, 1.0 / float(p[1]) if has_cost else FUEL_SCALE)
         stats = solver.stats()
         verdict = self._verdict(optimum, stats, x0, p, takeoff_mass)
         schedule, mass = self.schedule(x, takeoff_mass)
