@@ -126,13 +126,20 @@ def our_zones(engine: EngineData, reactors: ReactorData, state: State) -> dict[s
 
 def slopes(solve: Callable[[State], dict[str, float]], state: State) -> dict[str, float]:
     """d ln EINOx/d humidity [kg/kg] and d ln EINOx/d ln(fuel flow), all else of the state fixed, by differences."""
+    return {"humidity": humidity_slope(solve, state), "fuel": fuel_slope(solve, state)}
 
-    def log(humidity: float, fuel: float) -> float:
-        return float(np.log(solve((*state[:3], state[3] * fuel, humidity))["nox_index"]))
 
-    wet = (log(2 * HUMIDITY, 1.0) - log(0.0, 1.0)) / (2 * HUMIDITY)
-    fuel = (log(0.0, 1 + FUEL) - log(0.0, 1 - FUEL)) / np.log((1 + FUEL) / (1 - FUEL))
-    return {"humidity": wet, "fuel": float(fuel)}
+def humidity_slope(solve: Callable[[State], dict[str, float]], state: State) -> float:
+    return (_log(solve, state, 2 * HUMIDITY, 1.0) - _log(solve, state, 0.0, 1.0)) / (2 * HUMIDITY)
+
+
+def fuel_slope(solve: Callable[[State], dict[str, float]], state: State) -> float:
+    step = np.log((1 + FUEL) / (1 - FUEL))
+    return float((_log(solve, state, 0.0, 1 + FUEL) - _log(solve, state, 0.0, 1 - FUEL)) / step)
+
+
+def _log(solve: Callable[[State], dict[str, float]], state: State, humidity: float, fuel: float) -> float:
+    return float(np.log(solve((*state[:3], state[3] * fuel, humidity))["nox_index"]))
 
 
 def compared_networks(engine: EngineData, reactors: ReactorData) -> list[dict[str, object]]:
