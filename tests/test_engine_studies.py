@@ -169,7 +169,7 @@ def numbers(line):
         power_turbine.assumptions,
         power_turbine.savings,
         free_turbine.at_generator_speed,
-        free_turbine.at_power,
+        pytest.param(free_turbine.at_power, marks=pytest.mark.slow),
         part_power_page.chain,
         part_power_page.needed,
     ],
