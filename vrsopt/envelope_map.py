@@ -252,7 +252,7 @@ def _attributes(
         "manoeuvre_margin": limits.manoeuvre_margin,
         "limits": limits.setting,
         "isa_offset_k": make.plant.isa_offset,
-        "rotor_speed_percent_bounds": PERCENT * bounds,
+        "rotor_speed_percent_bounds": np.round(PERCENT * bounds, 9),
         "nominal_rotor_speed_rad_s": settings.nominal_rotor_speed,
         "nominal_twist_deg": math.degrees(settings.nominal_twist),
         "aircraft": machine.aircraft.name,

@@ -1,19 +1,32 @@
 """Least fuel flow node by node, and what an aircraft can fly of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vrsopt.errors import InputError
-from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
+from vrsopt.helicopter import helicopter
+from vrsopt.limits import Limits
+from vrsopt.mission.conditions import Conditions
+from vrsopt.schedule.across_bands import across_bands
+from vrsopt.schedule.bands import ForbiddenBand
+from vrsopt.schedule.batched import batched_minimum, nested_grids, point_optima, rotor_speed_band
 from vrsopt.schedule.genetic import GeneticOptions, genetic_minimum
 from vrsopt.schedule.limiter import rate_limited_schedule
 from vrsopt.schedule.nominal import nominal_schedule
+from vrsopt.schedule.path_model import PathValues
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
+from vrsopt.schedule.surrogate_path import SurrogateAircraft
+from vrsopt.schedule.violation import too_long_stays
 from vrsopt.solvers.status import Status
+from vrsopt.surrogate.kriging import Kriging
+from vrsopt.surrogate.store import load
 
 SETTINGS = ScheduleSettings()
+FEW = np.arange(0, 30, 6)  # nodes that NSGA-II searches
 
 
 @pytest.fixture(scope="module")
@@ -37,19 +50,20 @@ def test_batched_minimum_is_the_minimum_of_a_fine_enumeration(nodes):
 
 @pytest.mark.slow
 def test_nsga2_finds_the_optimum_of_the_nested_grids(nodes):
-    model, mass = nodes
+    model, mass = nodes[0].nodes(FEW), nodes[1][FEW]
     box = SETTINGS.box(model.bounds)
     optima = batched_minimum(model, mass, box=box)
-    found, generations = genetic_minimum(model, mass, box=box)
+    options = GeneticOptions()
+    found, generations = genetic_minimum(model, mass, box=box, options=options)
     assert np.max(np.abs(found.fuel_flow / optima.fuel_flow - 1)) < 1e-4
     assert np.all(found.excess <= 0)
-    assert generations.min() > 15 and generations.max() < 200
+    assert generations.min() > options.period and generations.max() < options.most_generations
 
 
 @pytest.mark.slow
 def test_nsga2_does_not_depend_on_the_number_of_workers(nodes):
     model, mass = nodes
-    few, box = np.arange(4), SETTINGS.box(model.bounds)
+    few, box = FEW[:4], SETTINGS.box(model.bounds)
     options = GeneticOptions(most_generations=20)
     one, two = (genetic_minimum(model.nodes(few), mass[few], box=box, options=options, workers=n)[0] for n in (1, 2))
     np.testing.assert_array_equal(one.rotor_speed, two.rotor_speed)
@@ -59,7 +73,7 @@ def test_nsga2_does_not_depend_on_the_number_of_workers(nodes):
 @pytest.mark.slow
 @pytest.mark.parametrize(("variables", "held"), [("speed", "twist"), ("twist", "rotor_speed")])
 def test_a_variable_that_is_not_free_stays_nominal(nodes, variables, held):
-    model, mass = nodes
+    model, mass = nodes[0].nodes(FEW), nodes[1][FEW]
     box = SETTINGS.restricted(variables).box(model.bounds)
     nominal = {"twist": SETTINGS.nominal_twist, "rotor_speed": SETTINGS.nominal_rotor_speed}[held]
     optima = batched_minimum(model, mass, box=box)
@@ -150,3 +164,142 @@ def test_limiter_says_when_no_look_ahead_helps(make_profile, make_model):
     schedule = rate_limited_schedule(target, FlightGrid(profile, model), takeoff_mass=2200.0)
     assert not schedule.success and schedule.status is Status.INFEASIBLE
     assert "no look-ahead up to 60 s" in schedule.message and "blade loading" in schedule.message
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    """The shipped surrogate at random operating points, with their masses."""
+    machine = helicopter()
+    make = SurrogateAircraft(load("level"), Limits(machine.aircraft, machine.engine, "manual", 1.3))
+    random = np.random.default_rng(3)
+    flown = Conditions.level(random.uniform(0.0, 70.0, 80), random.uniform(0.0, 2000.0, 80))
+    return make(flown), random.uniform(1600.0, 2400.0, 80)
+
+
+@pytest.mark.parametrize("variables", ["both", "speed", "twist"])
+def test_projected_newton_finds_the_optimum_of_the_nested_grids(shipped, variables):
+    model, mass = shipped
+    box = SETTINGS.restricted(variables).box(model.bounds)
+    grids = point_optima(model, mass, nested_grids(model, mass, box=box))
+    newton = batched_minimum(model, mass, box=box)
+    np.testing.assert_array_equal(newton.excess <= 1e-8, grids.excess <= 1e-8)
+    allowed = newton.excess <= 1e-8
+    assert allowed.mean() > 0.9
+    difference = newton.fuel_flow[allowed] / grids.fuel_flow[allowed] - 1
+    assert difference.max() < 1e-9 and difference.min() > -1e-5
+    assert np.all(newton.rotor_speed >= box[0, 0]) and np.all(newton.twist <= box[1, 1])
+
+
+def test_searched_points_are_the_model_with_exact_derivatives(shipped):
+    model, mass = shipped
+    points, every = model.at_mass(mass), np.arange(len(mass))
+    box = np.array([[36.0, 0.12], [50.0, 0.26]])
+    x = np.random.default_rng(0).uniform(*box, (len(mass), 2))
+
+    def values(at):
+        result = model.evaluate(mass, *at.T)
+        return np.vstack([result.fuel_flow[None], result.limits])
+
+    grid = points.values(x[:5, 0], x[:5, 1])
+    whole = model.evaluate(mass[:, None], np.repeat(x[:5, 0], 5)[None], np.tile(x[:5, 1], 5)[None])
+    usual = (whole.power_per_engine < 320e3).reshape(grid[0].shape)
+    np.testing.assert_allclose(grid[0][usual], whole.fuel_flow.reshape(usual.shape)[usual], rtol=1e-12)
+    np.testing.assert_allclose(grid[1][:, usual], whole.limits.reshape(grid[1].shape)[:, usual], atol=1e-12)
+
+    fuel, limits = points.jets(every, x)
+    jets = np.concatenate([fuel.parts[:, None], limits.parts], axis=1)
+    usual = model.evaluate(mass, *x.T).power_per_engine < 320e3
+    assert usual.mean() > 0.8
+    np.testing.assert_allclose(jets[0][:, usual], values(x)[:, usual], atol=1e-12)
+    for k in (0, 1):
+        step = np.zeros(2)
+        step[k] = 1e-3 * (box[1, k] - box[0, k])
+        ahead, behind = values(x + step), values(x - step)
+        for part, found in ((1 + k, (ahead - behind) / (2 * step[k])), (3 + 2 * k, None)):
+            found = (ahead - 2 * values(x) + behind) / step[k] ** 2 if found is None else found
+            size = 1e-12 + np.abs(jets[part][:, usual]).max(axis=1, keepdims=True)
+            assert np.max(np.abs(jets[part] - found)[:, usual] / size) < 1e-4
+    both = 1e-3 * (box[1] - box[0])
+    corners = [values(x + both * np.array(sign)) for sign in ((1, 1), (-1, 1), (1, -1), (-1, -1))]
+    mixed = (corners[0] - corners[1] - corners[2] + corners[3]) / (4 * both[0] * both[1])
+    size = 1e-12 + np.abs(jets[4][:, usual]).max(axis=1, keepdims=True)
+    assert np.max(np.abs(jets[4] - mixed)[:, usual] / size) < 1e-4
+
+
+def test_newton_and_nsga2_keep_out_of_forbidden_bands(shipped):
+    model, mass = shipped
+    few, bands = np.arange(4), (ForbiddenBand(34.0, 36.0, 5.0), ForbiddenBand(37.0, 43.0, 5.0))
+    box = SETTINGS.box(model.bounds)
+    newton = batched_minimum(model, mass, box=box, bands=bands)
+    free = batched_minimum(model, mass, box=box)
+    for band in bands:
+        assert np.any((free.rotor_speed > band.lower) & (free.rotor_speed < band.upper))
+        assert not np.any((newton.rotor_speed > band.lower) & (newton.rotor_speed < band.upper))
+    allowed = newton.excess <= 1e-8
+    assert np.all(newton.fuel_flow[allowed] >= free.fuel_flow[allowed] * (1 - 1e-9))
+    found, _ = genetic_minimum(model.nodes(few), mass[few], box=box, bands=bands)
+    np.testing.assert_allclose(found.fuel_flow, newton.fuel_flow[few], rtol=1e-4)
+    assert not any(np.any((found.rotor_speed > band.lower) & (found.rotor_speed < band.upper)) for band in bands)
+
+
+def test_steps_across_a_band_are_shortened_to_what_is_allowed():
+    segment, time = np.zeros(3, dtype=int), np.array([0.0, 60.0, 63.0])
+    bands = (ForbiddenBand(38.0, 40.0, 6.0), ForbiddenBand(41.0, 42.0, 60.0))
+    rows = across_bands(segment, time, np.array([36.0, 44.0, 38.0]), np.array([0.1, 0.22, 0.22]), bands)
+    # the first band takes 15 s of the step of 60 s, the second 7.5 s; the second step takes 3 s in all
+    np.testing.assert_allclose(rows[1], [0.0, 21.0, 24.0, 60.0, 63.0])
+    np.testing.assert_allclose(rows[2], [36.0, 38.0, 40.0, 44.0, 38.0])
+    np.testing.assert_allclose(rows[3], [0.1, 0.142, 0.148, 0.22, 0.22])
+
+
+def test_pointwise_schedule_crosses_bands_in_time_or_not_at_all(transport, make_model):
+    grid = FlightGrid(transport, make_model())
+    free = pointwise_schedule(transport, make_model(), takeoff_mass=2150.0, method="batched", grid=grid)
+    flown = free.at(grid.segment, grid.time)[0]
+    middle = 0.5 * (flown.min() + 44.4)
+    for crossing in (4.0, 0.0):
+        bands = (ForbiddenBand(middle - 0.6, middle + 0.6, crossing),)
+        settings = replace(SETTINGS, forbidden_bands=bands, rotor_speed_rate=None)
+        schedule = pointwise_schedule(
+            transport, make_model(), takeoff_mass=2150.0, method="batched", grid=grid, settings=settings
+        )
+        speed = schedule.at(grid.segment, grid.time)[0]
+        stays = too_long_stays(
+            bands, nominal=44.4, tasks=["flight"] * len(grid.time), time=grid.time, rotor_speed=speed
+        )
+        assert not stays or stays[0].duration <= crossing
+        assert (speed.min() > middle) == (crossing == 0.0)
+
+
+class ExponentialFuel:
+    """A path model of one Kriging with exponential correlation of rotor speed and twist, without limits."""
+
+    limit_names = ("none",)
+
+    def __init__(self, kriging):
+        self.kriging = kriging
+
+    def evaluate(self, mass, rotor_speed, twist, rotor_speed_rate=0.0):
+        mass, rotor_speed, twist = np.broadcast_arrays(mass, rotor_speed, twist)
+        x = np.column_stack([rotor_speed.ravel(), twist.ravel()])
+        fuel_flow = self.kriging.predict(x).reshape(rotor_speed.shape)
+        return PathValues(fuel_flow, 0.0 * fuel_flow, np.full((1, *fuel_flow.shape), -1.0))
+
+    def nodes(self, index):
+        return self
+
+
+def test_nsga2_finds_the_least_of_the_sample_coordinates_of_an_exponential_correlation():
+    """The mean has a kink at every coordinate of a sample: its minimum is at a crossing of two of them."""
+    box = SETTINGS.box({"rotor_speed": (33.0, 52.0), "twist": (0.1, 0.3)})
+    samples = np.random.default_rng(5).uniform(*box, (40, 2))
+    fuel = 0.04 + 1e-4 * (samples[:, 0] - 40.0) ** 2 + 0.5 * (samples[:, 1] - 0.2) ** 2
+    inputs = {"names": ("rotor_speed", "twist"), "lower": box[0], "upper": box[1]}
+    kriging = Kriging("exponential", trend="constant", **inputs).fit(samples, fuel)
+    model, mass = ExponentialFuel(kriging), np.array([2000.0])
+    speeds, twists = (np.unique([*samples[:, k], *box[:, k]]) for k in (0, 1))
+    crossings = model.evaluate(2000.0, speeds[:, None], twists[None, :]).fuel_flow
+    found, _ = genetic_minimum(model, mass, box=box)
+    assert found.fuel_flow[0] == pytest.approx(crossings.min(), rel=1e-4)
+    grids = point_optima(model, mass, nested_grids(model, mass, box=box))
+    assert crossings.min() <= grids.fuel_flow[0] * (1 + 1e-9)
