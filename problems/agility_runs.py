@@ -25,6 +25,8 @@ NAP, NAP_TIME, ENDS = 20, 856.0, 110.0  # changes, s, s of it to take off and to
 SPEEDS = (15.0, 45.0)  # m/s, between which the flight goes
 ACCELERATION = 2.0  # m/s2 at most
 FEW_RATES = (0.1, 0.2, 1.0)
+SLOW_TWIST, SLOW_TWIST_RATES = 0.1, (0.2, 0.5, 1.0)  # deg/s of twist per %/s of rotor speed
+LOAD, HEAVY = 300.0, 800.0  # kg
 MISSIONS, SHIPPED = ("patm", "lem", "sarm"), -1
 HEIGHT, LAST = 50.0, 1600.0  # m, above the field; more way than the speeds would take, for the climb and the stop
 
@@ -36,7 +38,8 @@ class Run:
     profile: str
     changes: int  # of speed; SHIPPED for a shipped mission
     seconds: float
-    rate: float  # % of nominal rotor speed and deg of twist per second
+    rate: float  # % of nominal rotor speed per second
+    twist_rate: float  # deg/s
     credit: bool  # whether a rotor that slows down drives
     nominal: float
     constant: float
@@ -51,7 +54,7 @@ class Run:
         return 100.0 * (float(asdict(self)[name]) / self.trajectory - 1.0)
 
 
-def nap_of_the_earth(changes: int, *, seed: int = 7) -> Mission:
+def nap_of_the_earth(changes: int, *, load: float = LOAD, seed: int = 7) -> Mission:
     """Low flight of about NAP_TIME at speeds that jump about between SPEEDS ``changes`` times, hover to hover.
 
     The speeds alternate between a slow and a fast draw, so that every change is one; the place where it ends is as far
@@ -67,11 +70,11 @@ def nap_of_the_earth(changes: int, *, seed: int = 7) -> Mission:
     away = float(np.sum(speeds)) * hold + LAST
     field = {"latitude_deg": 0.0, "elevation_m": 0.0}
     data = {
-        "name": f"{changes} changes of speed",
+        "name": f"{changes} changes of speed" + (", heavy" if load > LOAD else ""),
         "aircraft": "bo105",
         "start": "field",
         "places": {"field": field | {"longitude_deg": 0.0}, "end": field | {"longitude_deg": away / 111_319.5}},
-        "loading": {"empty_kg": 1300.0, "crew_kg": 170.0, "equipment_kg": {"load": 300.0}},
+        "loading": {"empty_kg": 1300.0, "crew_kg": 170.0, "equipment_kg": {"load": load}},
         "handling": {"cruise_acceleration_m_s2": ACCELERATION},
         "tasks": [
             {"kind": "hover", "duration_s": 10.0},
@@ -92,19 +95,23 @@ def flights(surrogate: Surrogate | None = None) -> Iterator[Run]:
         yield from runs(setup, changes, RATES if changes == NAP else FEW_RATES)
         if changes == NAP:
             yield from runs(setup, changes, FEW_RATES, credit=False)
+            yield from runs(setup, changes, SLOW_TWIST_RATES, share=SLOW_TWIST)
+            yield from runs(MissionSetup(nap_of_the_earth(changes, load=HEAVY), surrogate), changes, FEW_RATES)
     for name in MISSIONS:
         setup = MissionSetup(read_mission(HERE / f"{name}.toml"), surrogate)
         yield from runs(setup, SHIPPED, FEW_RATES)
 
 
-def runs(setup: MissionSetup, changes: int, rates: tuple[float, ...], *, credit: bool = True) -> Iterator[Run]:
-    """One mission at several actuator rates [% and deg per second], ends pinned, the rotor's kinetic energy charged."""
+def runs(
+    setup: MissionSetup, changes: int, rates: tuple[float, ...], *, credit: bool = True, share: float = 1.0
+) -> Iterator[Run]:
+    """One mission at several rates [%/s] of the rotor speed, ``share`` of them in deg/s for twist; ends pinned."""
     mass = setup.loading.takeoff_mass
     for rate in rates:
         settings = replace(
             setup.settings,
             rotor_speed_rate=0.01 * rate * setup.settings.nominal_rotor_speed,
-            twist_rate=math.radians(rate),
+            twist_rate=math.radians(share * rate),
             spin_down_credit=credit,
         )
         grid = FlightGrid(setup.profile, setup.make, settings=settings)
@@ -124,6 +131,7 @@ def runs(setup: MissionSetup, changes: int, rates: tuple[float, ...], *, credit:
             changes=changes,
             seconds=setup.profile.duration,
             rate=rate,
+            twist_rate=share * rate,
             credit=credit,
             look_ahead=float(limited.details["look_ahead"]),
             flyable={name: flight.success for name, flight in flown.items()},

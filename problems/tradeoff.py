@@ -22,13 +22,13 @@ from vrsopt.schedule.tradeoff import FrontPoint, StepFronts, step_front, step_fr
 HERE = Path(__file__).parent
 PAGE, PICTURE = HERE / "tradeoff.md", HERE / "figures" / "tradeoff.png"
 NAMES = ("patm", "lem", "sarm")
-GENERATIONS = 30
+GENERATIONS = 20
 PERCENTILES = (50, 90, 99)
 INTRODUCTION = """# Fuel against NOx
 
 Which schedules are such that less NOx costs more fuel? Two ways to a front of each shipped mission: NSGA-II with two
 objectives at every decision step, the steps combined at equal price of NOx (kg of fuel per kg of NOx); and the
-trajectory with the NOx of the mission bounded (epsilon-constraint), between the schedules of least fuel and of least NOx.
+trajectory with the NOx of the mission bounded (epsilon-constraint), between the schedules of least fuel and least NOx.
 All are flown on the 1 s grid. The pointwise ones ignore the rates of the actuators, the trajectories keep them.
 """
 
@@ -157,8 +157,8 @@ def verdict(results: list[Fronts]) -> Iterator[str]:
         fuel, nox = relative(result.trajectory).T
         if nox.min() > -1.0:
             yield (
-                f"- {result.name}: NOx -1 % below that of least fuel can not be had by rotor speed and twist; all there "
-                f"is, {nox.min():+.4f} %, changes the fuel by {fuel[np.argmin(nox)]:+.4f} %."
+                f"- {result.name}: NOx -1 % below that of least fuel can not be had by rotor speed and twist; all "
+                f"there is, {nox.min():+.4f} %, changes the fuel by {fuel[np.argmin(nox)]:+.4f} %."
             )
         else:
             yield f"- {result.name}: NOx -1 % costs {np.interp(1.0, -nox, fuel):+.3f} % fuel."

@@ -22,6 +22,7 @@ from trajectory_by_hand import solve_by_hand
 from trajectory_problem import Task, air_taxi, even_mesh
 
 from vrsopt.schedule.additions import Additions, Constraint, quantities
+from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
 
@@ -39,9 +40,12 @@ def timed(make: Any) -> tuple[Any, float]:
     return made, time.process_time() - begin
 
 
-def report(task: Task, trajectory: Trajectory, **times: float) -> dict[str, Any]:
+def report(
+    task: Task, trajectory: Trajectory, settings: ScheduleSettings | None = None, **times: float
+) -> dict[str, Any]:
     """Figures of one solution, with its fuel flown on the 1 s grid."""
-    flown = task.setup.grid.fly(trajectory.schedule, takeoff_mass=task.takeoff_mass)
+    grid = FlightGrid(task.profile, task.setup.make, settings=settings)
+    flown = grid.fly(trajectory.schedule, takeoff_mass=task.takeoff_mass)
     found = {"iterations": trajectory.iterations, "success": trajectory.success, "fuel_kg": flown.fuel}
     return {**times, "together_s": sum(times.values()), **found, "nlp_fuel_kg": trajectory.fuel}
 
@@ -67,7 +71,7 @@ def solve(task: Task) -> dict[str, Any]:
             options: dict[str, Any] = {"settings": settings, "additions": additions, "transcription": transcription}
             problem, build = timed(lambda o=options: TrajectoryProblem(task.profile, task.setup.make, mesh=mesh, **o))
             trajectory, first = timed(lambda p=problem: p.solve(task.takeoff_mass))
-            figures[f"{transcription}_{name}"] = report(task, trajectory, build_s=build, solve_s=first)
+            figures[f"{transcription}_{name}"] = report(task, trajectory, settings, build_s=build, solve_s=first)
     return figures
 
 

@@ -1,8 +1,8 @@
 """The whole-mission problem as one writes it down in CasADi with no library: one page of script, the yardstick.
 
-Hermite-Simpson with midpoints: unknowns are fuel burned, rotor speed and twist at the edges of the intervals, fuel burned
-at their middles, and the rates, constant over an interval. The node function is the product's own; it is mapped over
-all points, and CasADi differentiates the whole.
+Hermite-Simpson with midpoints: unknowns are fuel burned, rotor speed and twist at the edges of the intervals, fuel
+burned at their middles, and the rates, constant over an interval. The node function is the product's own; it is mapped
+over all points, and CasADi differentiates the whole.
 """
 
 from __future__ import annotations

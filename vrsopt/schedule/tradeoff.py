@@ -20,6 +20,7 @@ from pymoo.optimize import minimize
 
 from vrsopt.errors import NoSolutionError
 from vrsopt.schedule.additions import Additions, Constraint, quantities
+from vrsopt.schedule.batched import batched_minimum
 from vrsopt.schedule.decision import DecisionNodes, decision_nodes
 from vrsopt.schedule.path_model import PathModel, PathModelFactory
 from vrsopt.schedule.pointwise import pointwise_schedule
@@ -34,7 +35,7 @@ BOUND = "NOx of the mission"
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """A schedule of the front, flown: ``price`` of NOx [kg of fuel per kg], ``fuel`` and ``nox`` of the mission [kg]."""
+    """A schedule of the front, flown: ``price`` of NOx [kg fuel per kg], ``fuel`` and ``nox`` [kg] of the mission."""
 
     price: float
     fuel: float
@@ -82,11 +83,11 @@ def step_fronts(
     takeoff_mass: float,
     settings: ScheduleSettings | None = None,
     decision_step: float = 60.0,
-    generations: int = 60,
+    generations: int = 20,
     seed: int = 1,
     workers: int = 1,
 ) -> StepFronts:
-    """The front of every decision step, at the masses of the pointwise schedule of least fuel.
+    """The front of every decision step, at the masses of the pointwise schedule of least fuel, which starts the search.
 
     Each step has its own seed: the result does not depend on ``workers``. Raises :class:`NoSolutionError` where no
     rotor speed and twist keep the limits.
@@ -99,7 +100,11 @@ def step_fronts(
     model = make_path_model(nodes.conditions())
     box = settings.box(model.bounds)
     chunks = np.array_split(np.arange(len(mass)), max(1, min(8 * workers, len(mass))))
-    jobs = (delayed(_search)(model.nodes(part), mass[part], box, generations, seed + part) for part in chunks)
+    known = batched_minimum(model, mass, box=box)
+    start = np.column_stack([known.rotor_speed, known.twist])
+    jobs = (
+        delayed(_search)(model.nodes(part), mass[part], box, start[part], generations, seed + part) for part in chunks
+    )
     found = [front for fronts in Parallel(n_jobs=workers)(jobs) for front in fronts]
     for k, front in enumerate(found):
         if not len(front):
@@ -112,13 +117,16 @@ def step_fronts(
 
 
 def _search(
-    model: PathModel, mass: np.ndarray, box: np.ndarray, generations: int, seeds: np.ndarray
+    model: PathModel, mass: np.ndarray, box: np.ndarray, start: np.ndarray, generations: int, seeds: np.ndarray
 ) -> list[np.ndarray]:
-    """Fronts (k, 4) of the nodes of a chunk."""
+    """Fronts (k, 4) of the nodes of a chunk, from populations all over the box and ``start`` (n, 2)."""
     fronts = []
     for k, seed in enumerate(seeds.tolist()):
         step = _Step(model.nodes(np.array([k])), float(mass[k]), box)
-        found = minimize(step, NSGA2(pop_size=POPULATION), ("n_gen", generations), seed=seed)
+        population = np.random.default_rng(seed).uniform(*box, (POPULATION, 2))
+        population[0] = start[k]
+        algorithm = NSGA2(pop_size=POPULATION, sampling=population)
+        found = minimize(step, algorithm, ("n_gen", generations), seed=seed)
         points = np.empty((0, 4)) if found.X is None else np.column_stack([found.X, found.F])
         fronts.append(points)
     return fronts

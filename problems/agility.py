@@ -1,0 +1,157 @@
+"""What the whole-mission optimum is worth over the pointwise one: against actuators and agility; writes the page.
+
+Run: python problems/agility.py (about eight minutes on one core)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from agility_runs import ACCELERATION, NAP, SHIPPED, SPEEDS, Run, flights, nap_of_the_earth
+from page_table import table
+
+from vrsopt.mission.profile import Profile
+from vrsopt.report.plots import png
+from vrsopt.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_figure, tidy
+
+HERE = Path(__file__).parent
+PAGE, PICTURE = HERE / "agility.md", HERE / "figures" / "agility.png"
+COLOURS = (BLACK, BLUE, SKY, GREEN, ORANGE, PURPLE)
+SMALL = 0.1  # %, below which an advantage is lost in the error of the surrogate
+LOG_FLOOR = 1e-3  # %, lower end of the axes
+FLOWN = ("nominal", "constant", "rate_limited", "pointwise")
+
+
+def of(results: list[Run], **wanted: object) -> list[Run]:
+    """Runs with these values of their fields, in order of the rate and the changes."""
+    found = [run for run in results if all(getattr(run, name) == value for name, value in wanted.items())]
+    return sorted(found, key=lambda run: (run.changes, run.rate))
+
+
+def run_table(results: list[Run]) -> Iterator[str]:
+    """Fuels of the trajectory, and what the other schedules burn more."""
+    rows = []
+    for run in results:
+        broken = ", ".join(name for name, fine in run.flyable.items() if not fine)
+        over = (f"{run.over(name):+.3f}" for name in FLOWN)
+        credit = "yes" if run.credit else "no"
+        rows.append(
+            (run.profile, f"{run.rate:g}", credit, f"{run.trajectory:.3f}", *over, f"{run.look_ahead:g}", broken or "-")
+        )
+    header = ("flight", "rate", "credit", "trajectory kg", "nominal %", "constant %", "rate limited %", "raw %")
+    yield from table((*header, "look-ahead s", "not flyable"), rows)
+
+
+def verdict(results: list[Run]) -> Iterator[str]:
+    """Whether the trajectory is worth it, in words and numbers."""
+    shipped = span(of(results, changes=SHIPPED, rate=1.0), "rate_limited", 3)
+    nap = {run.rate: run.over("rate_limited") for run in of(results, changes=NAP, profile=f"{NAP} changes of speed")}
+    slow, most = min(nap), max(results, key=lambda run: run.over("rate_limited"))
+    credit = "" if most.credit else ", no credit for spin-down"
+    yield (
+        f"**The advantage is small.** With actuators of 1 %/s and 1 deg/s the pointwise schedule behind a causal rate "
+        f"limiter burns {shipped} % more than the best trajectory on the three shipped missions, and {nap[1.0]:.3f} % "
+        f"more in the nap-of-the-earth flight: less than the surrogate's own error. It grows as actuators slow down, to "
+        f"{nap[slow]:.2f} % at {slow:g} %/s in the nap-of-the-earth flight. The most found is "
+        f"{most.over('rate_limited'):.2f} % ({most.profile}, {most.rate:g} %/s{credit})."
+    )
+    yield ""
+    eager = [run.look_ahead for run in results if run.look_ahead > 0.0]
+    yield (
+        f"In {len(eager)} of {len(results)} flights the rate limiter has to look ahead, up to {max(eager):g} s, to keep "
+        "the limits, which an aircraft without the plan of its flight can not; the trajectory keeps them by itself. "
+        "These flights are where it is of use: not for the fuel, but because there is a schedule at all."
+    )
+    yield ""
+    yield (
+        f"The best constant rotor, set once for the flight, burns {span(results, 'constant', 2)} % more than the "
+        f"trajectory, the nominal rotor {span(results, 'nominal', 1)} %. The raw pointwise schedule jumps and no actuator "
+        f"can fly it; what it burns less ({span(results, 'pointwise', 2)} %) is the price of the rates."
+    )
+    yield ""
+
+
+def span(results: list[Run], name: str, digits: int) -> str:
+    """Least and largest excess of a schedule over the trajectory, as text."""
+    values = [run.over(name) for run in results]
+    return f"{min(values):.{digits}f} to {max(values):.{digits}f}"
+
+
+def draw(results: list[Run]) -> bytes:
+    """Speeds of the nap-of-the-earth flight, and what other schedules burn more than the trajectory."""
+    figure = new_figure(10.0, 6.4)
+    (speeds, rates), (changes, constant) = figure.subplots(2, 2)
+    nap = Profile.of(nap_of_the_earth(NAP)).grid(1.0)
+    speeds.plot(nap.time / 60.0, nap.speed, color=BLUE)
+    speeds.set(xlabel="time, min", ylabel="airspeed, m/s", title=f"nap of the earth, {NAP} changes of speed")
+    for credit, style in ((True, "o-"), (False, "s--")):
+        line = of(results, profile=f"{NAP} changes of speed", credit=credit)
+        name = "nap of the earth" + ("" if credit else ", no credit")
+        rates.plot(*excess(line, "rate_limited"), style, color=VERMILION, label=name)
+    others = ("PATM", "LEM", "SARM", f"{NAP} changes of speed, heavy")
+    for colour, name in zip((BLUE, GREEN, PURPLE, ORANGE), others, strict=True):
+        rates.plot(
+            *excess(of(results, profile=name), "rate_limited"),
+            "o-",
+            color=colour,
+            label=name.removeprefix(f"{NAP} changes of speed, "),
+        )
+    rates.axhline(SMALL, color="0.6", lw=0.8)
+    rates.set(xscale="log", yscale="log", xlabel="actuator rate, %/s and deg/s", title="rate-limited pointwise")
+    rates.set_ylabel("fuel over the trajectory's, %")
+    rates.legend()
+    for axes, name in ((changes, "rate_limited"), (constant, "constant")):
+        for colour, rate in zip((VERMILION, ORANGE, BLUE), (0.1, 0.2, 1.0), strict=True):
+            line = [
+                run
+                for run in of(results, rate=rate, credit=True)
+                if run.changes != SHIPPED and "heavy" not in run.profile
+            ]
+            axes.plot([run.changes for run in line], excess(line, name)[1], "o-", color=colour, label=f"{rate:g} %/s")
+        axes.set(xlabel="changes of speed in the flight", ylabel="fuel over the trajectory's, %")
+    changes.set(yscale="log", title="rate-limited pointwise")
+    constant.set(title="best constant rotor")
+    changes.legend()
+    for axes in (speeds, rates, changes, constant):
+        tidy(axes)
+    return png(figure)
+
+
+def excess(line: list[Run], name: str) -> tuple[list[float], np.ndarray]:
+    """Rates and excess of fuel, no lower than the axes go."""
+    return [run.rate for run in line], np.maximum([run.over(name) for run in line], LOG_FLOOR)
+
+
+def page(results: list[Run]) -> str:
+    """The page."""
+    lines = [
+        "# Agility: when does the whole-mission optimum pay?",
+        "",
+        "Every schedule starts and ends with the nominal rotor, charges the rotor's kinetic energy to the engines, and",
+        "is flown on the same 1 s grid. *Rate limited*: the pointwise optimum behind a causal rate limiter. *Raw*: the",
+        "pointwise optimum itself. *Constant*: the best rotor speed and twist held all along. Percentages are fuel over",
+        "that of the trajectory. *Credit*: whether a rotor that slows down drives. The nap-of-the-earth flight lasts",
+        f"about 860 s at {SPEEDS[0]:g} to {SPEEDS[1]:g} m/s, 50 m above the ground, with {NAP} changes of speed at no",
+        f"more than {ACCELERATION:g} m/s2; the others of its kind have fewer or more of them in the same time.",
+        "",
+        *verdict(results),
+        "![Advantage against actuator rate and changes of speed](figures/agility.png)",
+        "",
+        "Grey line: 0.1 %, about the error of the surrogate. Values below 0.001 % are drawn there.",
+        "",
+        *run_table(results),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Write the page and its figure."""
+    results = list(flights())
+    PICTURE.write_bytes(draw(results))
+    PAGE.write_text(page(results), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
