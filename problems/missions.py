@@ -1,6 +1,6 @@
 """The three missions with all schedules, on other days and in wind; writes problems/missions.md and its figures.
 
-Run: python problems/missions.py (about ten minutes on two cores)
+Run: python problems/missions.py (about twenty minutes on two cores)
 """
 
 from __future__ import annotations
@@ -9,6 +9,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from mission_tables import (
+    consistency_table,
+    contribution_table,
+    gap_table,
+    number,
+    schedule_table,
+    step_table,
+)
 from page_table import table
 
 import vrsopt
@@ -16,7 +24,6 @@ from vrsopt.mission.file import Mission, mission_from, read_mission
 from vrsopt.mission.flight_path import ground_distances
 from vrsopt.mission.route import WGS84
 from vrsopt.report.plots import figures, png
-from vrsopt.report.tables import label
 from vrsopt.schedule.comparison import Comparison
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
@@ -28,7 +35,7 @@ PAGE = HERE / "missions.md"
 MARKER = "<!-- tables: everything below is written by problems/missions.py -->"
 NAMES = ("patm", "lem", "sarm")
 PICTURES = ("flight_path", "mission_profile", "schedules")
-ALL = ("nominal", "pointwise", "prescribed", "trajectory")
+ALL = ("nominal", "constant", "pointwise", "prescribed", "trajectory", "consistent", "variable_transmission")
 STEPS = (0.5, 2.0)  # s, beside the 1 s of the comparison
 WEATHERS = {
     "ISA +20 K": {"isa_offset_k": 20.0},
@@ -40,45 +47,6 @@ TURNING = 1.005  # load factor from which a steady turn counts
 def in_weather(mission: Mission, weather: dict[str, object]) -> Mission:
     """The same mission on another day."""
     return mission_from(mission.model_dump(mode="json", exclude_none=True) | weather, where=mission.name)
-
-
-def schedule_table(results: dict[str, Comparison]) -> Iterator[str]:
-    """Every schedule of every mission."""
-    yield from table(
-        (
-            "mission",
-            "schedule",
-            "fuel kg",
-            "change %",
-            "closed %",
-            "physics kg",
-            "change %",
-            "NOx g",
-            "change %",
-            "verdict",
-        ),
-        (
-            (
-                comparison.mission.name,
-                label(name),
-                f"{own['fuel_kg']:.2f}",
-                f"{own['fuel_delta_percent']:+.2f}",
-                number(own["fuel_delta_closed_percent"], "+.2f"),
-                number(own["fuel_physics_kg"], ".2f"),
-                number(own["fuel_physics_delta_percent"], "+.2f"),
-                f"{1e3 * own['nox_kg']:.0f}",
-                f"{own['nox_delta_percent']:+.1f}",
-                "flyable" if own["success"] else own["message"],
-            )
-            for comparison in results.values()
-            for name, own in comparison.summary()["schedules"].items()
-        ),
-    )
-
-
-def number(value: float | None, form: str) -> str:
-    """A figure of a summary, which may have none."""
-    return "-" if value is None else format(value, form)
 
 
 def overview(results: dict[str, Comparison]) -> Iterator[str]:
@@ -153,7 +121,7 @@ def closing_table(results: dict[str, Comparison], surrogate: Surrogate) -> Itera
         changes = []
         for step in STEPS:
             make = SurrogateAircraft(surrogate, comparison.limits, isa_offset=profile.isa_offset)
-            grid = FlightGrid(profile, make, step=step)
+            grid = FlightGrid(profile, make, step=step, settings=comparison.settings)
             for name in ("nominal", "trajectory"):
                 own = comparison.results[name]
                 fuel = grid.fly(own.schedule, takeoff_mass=loading.takeoff_mass).fuel
@@ -225,6 +193,10 @@ def main() -> None:
             (HERE / "figures" / f"{name}_{picture}.png").write_bytes(png(drawn[picture]))
         print(results[name].summary()["schedules"]["trajectory"]["fuel_delta_percent"], flush=True)
     lines = ["", "## Missions", "", *overview(results), "## Schedules", "", *schedule_table(results)]
+    lines += ["## What saves what", "", *contribution_table(results)]
+    lines += ["## Surrogate and physics, energy of the rotor, what is active", "", *gap_table(results)]
+    lines += ["## Trajectories on the physics", "", *consistency_table(results)]
+    lines += ["## Time of the steps", "", *step_table(results)]
     lines += ["## Share of time", "", *share_table(results)]
     lines += ["## How well the books close", "", *closing_table(results, vrsopt.load_surrogate(SHIPPED))]
     lines += ["## Other days", "", *weather_table(missions)]

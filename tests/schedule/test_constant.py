@@ -100,3 +100,21 @@ def test_free_ends_are_free_in_the_limiter_too(grid, make_profile):
     assert flying[0][0] == SETTINGS.nominal_rotor_speed  # this mission begins in idle
     cruise = FlightGrid(make_profile({"task": "cruise", "duration": 9.0, "speed": 40.0}), lambda c: grid.model)
     assert np.all(followed(cruise, free, np.full(len(cruise.time), 40.0), np.full(len(cruise.time), 0.15))[0] == 40.0)
+
+
+def test_accelerations_are_kept_on_the_way_and_the_ends_are_nominal_all_the_same(grid):
+    gentle = replace(SETTINGS, rotor_speed_acceleration=0.02, twist_acceleration=1e-3)
+    moving = 40.0 + 3.0 * np.sign(np.sin(grid.time / 40.0))
+    speed, twist = followed(grid, gentle, moving, np.full(len(grid.time), 0.2))
+    for values, nominal, rate, acceleration in (
+        (speed, 44.4, SETTINGS.rotor_speed_rate, 0.02),
+        (twist, SETTINGS.nominal_twist, SETTINGS.twist_rate, 1e-3),
+    ):
+        pinned = np.asarray(grid.conditions.idle).copy()
+        pinned[[0, -1]] = True
+        np.testing.assert_allclose(values[pinned], nominal, rtol=1e-9)
+        steps = np.diff(grid.time) > 0.0
+        slope = np.diff(values)[steps] / np.diff(grid.time)[steps]
+        assert np.max(np.abs(slope)) <= rate * (1 + 1e-9)
+        assert 0.4 * acceleration < np.max(np.abs(np.diff(slope))) / 2.0 <= acceleration * (1 + 1e-6)  # nodes 2 s apart
+    assert np.ptp(speed) > 4.0

@@ -28,7 +28,7 @@ def rate_limited_schedule(
     Nominal in idle, and at both ends of the mission unless these are free. Starts without look-ahead; if a limit breaks
     that, the shortest look-ahead of LOOK_AHEADS that keeps all limits is used, with the highest, the shifted or the
     lowest rotor speed of the time ahead. ``details["look_ahead"]`` [s] and the message report it. If none helps, the
-    schedule without look-ahead is returned with ``success`` false. Bounds of accelerations are not looked at.
+    schedule without look-ahead is returned with ``success`` false.
     """
     settings = settings or ScheduleSettings()
     mass = grid.fly(target, takeoff_mass=takeoff_mass).mass
@@ -61,10 +61,40 @@ def followed(
     each, without look-ahead: nominal in idle, and at both ends of the mission unless these are free."""
     pinned = np.asarray(grid.conditions.idle).copy()
     pinned[[0, -1]] |= settings.ends != "free"
+    speed_limits = settings.rotor_speed_rate, settings.rotor_speed_acceleration
+    twist_limits = settings.twist_rate, settings.twist_acceleration
     return (
-        _follow(grid.time, rotor_speed, pinned, settings.nominal_rotor_speed, settings.rotor_speed_rate),
-        _follow(grid.time, twist, pinned, settings.nominal_twist, settings.twist_rate),
+        _smoothly(grid.time, rotor_speed, pinned, settings.nominal_rotor_speed, *speed_limits),
+        _smoothly(grid.time, twist, pinned, settings.nominal_twist, *twist_limits),
     )
+
+
+def _smoothly(
+    time: np.ndarray,
+    target: np.ndarray,
+    pinned: np.ndarray,
+    nominal: float,
+    rate: float | None,
+    acceleration: float | None,
+) -> np.ndarray:
+    """Causal limiter (N,) of rate and acceleration that is nominal where ``pinned``: what the rate allows, averaged
+    over the time just past that makes the acceleration of a full reversal the allowed one."""
+    if rate is None or acceleration is None or rate == 0.0:
+        return _follow(time, target, pinned, nominal, rate)
+    width = 2.0 * rate / acceleration
+    pins = np.append(time[pinned], np.inf)
+    next_pin = pins[np.searchsorted(time[pinned], time)]
+    ahead = next_pin - time <= width + np.max(np.diff(time))  # nominal all that time before
+    value = _follow(time, target, pinned | ahead, nominal, rate)
+    total = np.append(0.0, np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1])))
+
+    def integral(until: np.ndarray) -> np.ndarray:
+        """From the start, before which nothing changes."""
+        node = np.clip(np.searchsorted(time, until, side="right") - 1, 0, len(time) - 1)
+        past = np.interp(until, time, value)
+        return total[node] + 0.5 * (value[node] + past) * (until - time[node])
+
+    return np.asarray((integral(time) - integral(time - width)) / width)
 
 
 def _judged(result: Schedule, target: Schedule, message: str) -> Schedule:

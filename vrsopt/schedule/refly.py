@@ -214,7 +214,7 @@ class FlightGrid:
             quadrature_error=abs(float(coarse[-1] - burned[-1])) / 3.0,
             max_rotor_speed_rate=self._max_rate(rotor_speed),
             max_twist_rate=self._max_rate(twist),
-            max_rotor_speed_acceleration=self._max_acceleration(schedule),
+            max_rotor_speed_acceleration=schedule.rotor_speed_acceleration,
             time_on_limits=self._time_on_limits(limits),
             violations=violations,
             sweeps=last.count,
@@ -263,16 +263,6 @@ class FlightGrid:
         if np.any(np.abs(np.diff(values))[across] > JUMP * np.max(np.abs(values))):
             return float("inf")
         return float(np.max(np.abs(self.rates(values)[0])))
-
-    def _max_acceleration(self, schedule: Schedule) -> float:
-        """Largest change of the rate per time [rad/s3] from one piece of the schedule to the next."""
-        if not np.isfinite(self._max_rate(schedule.at(self.segment, self.time)[0])):
-            return float("inf")
-        step = np.diff(schedule.time)
-        pieces = step > 0.0
-        rate = np.diff(schedule.rotor_speed)[pieces] / step[pieces]
-        apart = 0.5 * (step[pieces][1:] + step[pieces][:-1])
-        return float(np.max(np.abs(np.diff(rate)) / apart, initial=0.0))
 
     def _stays(self, rotor_speed: np.ndarray) -> tuple[Violation, ...]:
         settings = self.settings

@@ -16,6 +16,7 @@ from vrsopt.solvers.status import Status
 NOMINAL_ROTOR_SPEED = 44.4  # rad/s
 NOMINAL_TWIST = math.radians(8.0)
 ON_LIMIT = 1e-3  # a normalised limit within this of zero counts as active, above it as broken
+SAME_TIME, SAME_SPEED = 1e-6, 1e-7  # s, rad/s
 
 Variables = Literal["both", "speed", "twist"]
 Ends = Literal["pinned", "free", "periodic"]
@@ -110,6 +111,17 @@ class Schedule:
         for name in ("segment", "rotor_speed", "twist"):
             if getattr(self, name).shape != self.time.shape:
                 raise InputError(f"schedule {self.name}: {name}: must have the shape of time {self.time.shape}")
+
+    @property
+    def rotor_speed_acceleration(self) -> float:
+        """Largest change of the rate per time [rad/s3] from the middle of one piece to that of the next; inf where the
+        rotor speed jumps."""
+        step, change = np.diff(self.time), np.diff(self.rotor_speed)
+        pieces = step > SAME_TIME
+        if np.any(np.abs(change[~pieces]) > SAME_SPEED):
+            return math.inf
+        rate, apart = change[pieces] / step[pieces], 0.5 * (step[pieces][1:] + step[pieces][:-1])
+        return float(np.max(np.abs(np.diff(rate)) / apart, initial=0.0))
 
     def at(self, segment: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotor speed and twist at pairs of segment index and time [s], arrays of one shape.
