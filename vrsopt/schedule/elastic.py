@@ -69,9 +69,7 @@ class _Side:
     group: np.ndarray
 
 
-def elastic(
-    problem: TrajectoryProblem, takeoff_mass: float, *, bounds: Bounds, x0: np.ndarray, p: np.ndarray
-) -> Elastic:
+def elastic(problem: TrajectoryProblem, takeoff_mass: float, *, bounds: Bounds, x0: np.ndarray, p: ca.DM) -> Elastic:
     """What has to give way in ``problem`` with these bounds, started at ``x0``, with parameters ``p``."""
     columns = _elastic_columns(problem.columns, bounds)
     rows = np.flatnonzero(_of_families(problem.rows, ROWS))
@@ -154,7 +152,7 @@ def _side(
     return [_Side(labels, labels is problem.rows, index, sign, bound[index], size, group)]
 
 
-def _first_shares(problem: TrajectoryProblem, sides: list[_Side], x0: np.ndarray, p: np.ndarray) -> np.ndarray:
+def _first_shares(problem: TrajectoryProblem, sides: list[_Side], x0: np.ndarray, p: ca.DM) -> np.ndarray:
     """Shares (groups,) with which the start breaks nothing that gives way."""
     g = np.array(problem.nlp.jacobian(x0, p)[0]).ravel()
     shares = np.full(1 + max(int(side.group.max()) for side in sides), LEAST)

@@ -16,6 +16,7 @@ from vrsopt.schedule.carry_over import carried_over
 from vrsopt.schedule.mesh import Mesh, MeshOptions
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Flight, FlightGrid
+from vrsopt.schedule.resolution import resolution_loss
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
 from vrsopt.schedule.speed_plan import speed_plan
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
@@ -26,6 +27,7 @@ logger = logging.getLogger(__name__)
 MAX_ROUNDS = 5
 CHANGE = 5e-5  # of the fuel of the flight from one mesh to the next: less is not worth another one
 QUADRATURE = 1e-5  # of the fuel: a smaller sum of the mesh errors splits nothing
+RESOLUTION = 2e-5  # of the fuel: a smaller sum of what straight pieces cost splits nothing
 CHECKED_LIMIT = 0.9 * ON_LIMIT
 SHORTEST = 0.2  # of an interval: no part of it is shorter
 
@@ -68,10 +70,10 @@ def refined(
 
     Two things split intervals, and have the problem solved again from its solution, at most MAX_ROUNDS times. The
     problem knows the limits at the stages of its intervals only: where a flight of its solution breaks one in between,
-    by more than may pass for active, the interval is split. So are the intervals of the largest mesh errors, until
-    those of the others are small, or the fuel of the flight has changed by less than CHANGE. Which side of forbidden
-    bands the rotor is on, and when it crosses them, is planned first (:mod:`vrsopt.schedule.speed_plan`). Other
-    arguments as of :meth:`TrajectoryProblem.solve`.
+    by more than may pass for active, the interval is split. So are those that are too coarse for the quadrature or
+    for a schedule that bends, unless the fuel of the flight has changed by less than CHANGE since the last mesh. Which
+    side of forbidden bands the rotor is on, and when it crosses them, is planned first
+    (:mod:`vrsopt.schedule.speed_plan`). Other arguments as of :meth:`TrajectoryProblem.solve`.
     """
     settings = settings or problem.settings
     crossings = None
@@ -93,7 +95,7 @@ def refined(
         split = dict(zip(*broken_intervals(problem.mesh, flight), strict=True))
         if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
             middle = problem.mesh.start + 0.5 * problem.mesh.step
-            split = {interval: middle[interval] for interval in coarse_intervals(last)} | split
+            split = {interval: middle[interval] for interval in coarse_intervals(problem, last)} | split
         if not split:
             break
         logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split), len(problem.mesh))
@@ -110,16 +112,19 @@ def refined(
     return total, problem
 
 
-def coarse_intervals(trajectory: Trajectory) -> np.ndarray:
-    """Intervals whose mesh errors are largest, so many that those of the others add up to little.
+def coarse_intervals(problem: TrajectoryProblem, trajectory: Trajectory) -> list[int]:
+    """Intervals in which the mesh is too coarse for the quadrature, or for the schedule to bend as it would."""
+    quadrature = _largest(np.abs(trajectory.mesh_error), QUADRATURE * trajectory.fuel)
+    return sorted({*quadrature, *_largest(resolution_loss(problem, trajectory), RESOLUTION * trajectory.fuel)})
 
-    None where all of them do not add up to QUADRATURE of the fuel.
-    """
-    error = np.abs(trajectory.mesh_error)
-    order = np.argsort(-error)
-    rest = error.sum() - np.cumsum(error[order])
-    enough = int(np.sum(rest > 0.5 * QUADRATURE * trajectory.fuel)) + 1
-    return order[:enough] if error.sum() > QUADRATURE * trajectory.fuel else order[:0]
+
+def _largest(loss: np.ndarray, allowed: float) -> list[int]:
+    """Indices of the largest losses, so many that the others add up to a tenth of what is ``allowed``; none if the sum
+    of all is allowed."""
+    order = np.argsort(-loss)
+    rest = loss.sum() - np.cumsum(loss[order])
+    enough = int(np.sum(rest > 0.1 * allowed)) + 1
+    return order[:enough].tolist() if loss.sum() > allowed else []
 
 
 def broken_intervals(mesh: Mesh, flight: Flight) -> tuple[np.ndarray, np.ndarray]:

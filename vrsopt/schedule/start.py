@@ -12,6 +12,17 @@ from vrsopt.schedule.rows import Discretisation
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
 FUEL_SWEEPS = 3
+# Options of IPOPT. Cold: a tenth of its own, as the unknowns are of order one and the objective per interval is not.
+COLD = {"mu_init": 1e-2}
+# Warm: at the end of the central path, with the multipliers known there is no need to walk it again; where they lead
+# astray it shows soon
+PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+WARM = {
+    "mu_init": 1e-8,
+    "max_iter": 80,
+    "warm_start_init_point": "yes",
+    **{f"warm_start_{push}": 1e-6 for push in PUSHES},
+}
 
 
 def within_rates(schedule: Schedule, settings: ScheduleSettings) -> Schedule:

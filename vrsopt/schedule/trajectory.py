@@ -24,14 +24,15 @@ from vrsopt.schedule.bounds import Bounds, Box, Corridor, LimitBounds, check_str
 from vrsopt.schedule.diagnosis import ACCEPTED_RESIDUAL, diagnose
 from vrsopt.schedule.labels import column_labels
 from vrsopt.schedule.layout import FUEL_SCALE, make_layout
+from vrsopt.schedule.maps import make_maps
 from vrsopt.schedule.mesh import Mesh, MeshOptions, make_mesh
-from vrsopt.schedule.nlp import Maps, assemble, node_functions
+from vrsopt.schedule.nlp import assemble, node_functions
 from vrsopt.schedule.nominal import nominal_schedule
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.quadrature_error import FinerQuadrature
-from vrsopt.schedule.rows import Discretisation, Rows, make_rows
+from vrsopt.schedule.rows import Discretisation, make_rows
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
-from vrsopt.schedule.start import start_on, within_rates
+from vrsopt.schedule.start import COLD, WARM, start_on, within_rates
 from vrsopt.schedule.trajectory_solution import Arc, Trajectory
 from vrsopt.schedule.transcription import Transcription
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
@@ -41,16 +42,6 @@ if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
 
 OPTIONS = {"tol": 1e-7, "acceptable_iter": 0, "nlp_scaling_method": "none", "max_iter": 300}
-COLD = {"mu_init": 1e-2}  # a tenth of IPOPT's own: the unknowns are of order one, the objective per interval is not
-WARM = {
-    "mu_init": 1e-8,
-    "warm_start_init_point": "yes",
-    "warm_start_bound_push": 1e-6,
-    "warm_start_bound_frac": 1e-6,
-    "warm_start_slack_bound_push": 1e-6,
-    "warm_start_slack_bound_frac": 1e-6,
-    "warm_start_mult_bound_push": 1e-6,
-}
 __all__ = ["Arc", "Corridor", "Trajectory", "TrajectoryProblem"]
 
 
@@ -96,7 +87,7 @@ class TrajectoryProblem:
         kinds, counts = np.unique(places.rates, return_counts=True)
         nodes = [node_functions(self._extended.function, rates) for rates in kinds.tolist()]
         self.evaluations = places.with_outputs(nodes[0].outputs)
-        self._of = Discretisation(
+        self.discretisation = Discretisation(
             self.mesh,
             method,
             make_layout(self.mesh, self.settings, method.shares),
@@ -104,11 +95,19 @@ class TrajectoryProblem:
             np.asarray(profile.conditions(self.mesh.segment, self.mesh.start).idle),
             tuple(segment.task for segment in profile.segments),
         )
-        rows = make_rows(self._of, self.settings, self.model.limit_names, self.additions, nodes[0].depends_on_rate)
-        self.rows, self.columns = rows.labels, column_labels(self.mesh, self._of.layout)
-        self._maps = self._make_maps(rows, regularisation, nodes[0].outputs)
+        rows = make_rows(
+            self.discretisation, self.settings, self.model.limit_names, self.additions, nodes[0].depends_on_rate
+        )
+        self.rows, self.columns = rows.labels, column_labels(self.mesh, self.discretisation.layout)
+        self._maps = make_maps(
+            self.discretisation,
+            rows,
+            mass_changes=profile.mass_changes,
+            regularisation=regularisation,
+            cost=None if self.additions.cost is None else nodes[0].outputs - 1,
+        )
         self.nlp = assemble(list(zip(nodes, counts.tolist(), strict=True)), self._maps)
-        self._ipopt: dict[str, Any] = {**OPTIONS, **(ipopt or {})}
+        self._ipopt = dict(ipopt or {})
         self._solvers: dict[bool, Any] = {}
         self._solver(warm=False)
         self.build_s = clock.perf_counter() - begin
@@ -121,41 +120,23 @@ class TrajectoryProblem:
             else TrajectoryProblem(self.profile, self.make_path_model, mesh=mesh, **self._as_made)
         )
 
-    def _make_maps(self, rows: Rows, regularisation: float, outputs: int) -> Maps:
-        of, layout, e = self._of, self._of.layout, self.evaluations
-        has_cost = self.additions.cost is not None
-        objective, cost, penalty = np.zeros(layout.size), np.zeros(e.outputs), np.zeros(layout.size)
-        if has_cost:
-            cost = tr.quadrature(self.mesh, of.method, e, outputs - 1, np.ones(len(self.mesh), dtype=bool))
-        else:
-            objective[layout.fuel[-1, -1]] = 1.0
-        for control in layout.controls:
-            penalty[control.rate] = regularisation * self.mesh.step / self.mesh.step.sum()
-        if layout.charged is not None:  # it costs nothing where the engines idle or the rotor has no inertia
-            penalty[layout.charged] = penalty[layout.controls[0].rate]
-        takeoff, constant = np.zeros(e.inputs), np.zeros(e.inputs)
-        takeoff[e.state_row] = 1.0
-        constant[e.state_row] = np.cumsum(self.profile.mass_changes)[self.mesh.segment[e.interval]]
-        inputs = tr.input_map(layout, e)
-        return Maps(inputs, takeoff, constant, rows.linear, rows.weights, objective, cost, penalty)
-
     @cached_property
     def _box(self) -> Box:
         """Bounds of the mass wherever the aircraft is evaluated."""
         e, count = self.evaluations, len(self.points.time)
         _, lead = np.unique(e.point, return_index=True)
-        layout = self._of.layout
+        layout = self.discretisation.layout
         lightest, heaviest = (np.broadcast_to(bound, count) for bound in self.model.bounds["mass"])
         place = layout.fuel[e.interval[lead], np.searchsorted(layout.shares, e.share[lead])]
         return Box(place, self._maps.constant[e.state_row[lead]], lightest, heaviest)
 
     @cached_property
     def _finer(self) -> FinerQuadrature:
-        return FinerQuadrature(self.profile, self.make_path_model, self._of)
+        return FinerQuadrature(self.profile, self.make_path_model, self.discretisation)
 
     def _solver(self, *, warm: bool) -> Any:
         if warm not in self._solvers:
-            options = ipopt_options(**{**(WARM if warm else COLD), **self._ipopt})
+            options = ipopt_options(**{**OPTIONS, **(WARM if warm else COLD), **self._ipopt})
             derivatives: dict[str, Any] = {
                 "jac_g": self.nlp.jacobian,
                 "hess_lag": self.nlp.hessian,
@@ -199,7 +180,7 @@ class TrajectoryProblem:
         check_structure(self.settings, settings)
         allowed = settings.box(self.model.bounds)
         lower, upper = unknown_bounds(
-            self._of,
+            self.discretisation,
             self._box,
             takeoff_mass,
             settings=settings,
@@ -221,7 +202,7 @@ class TrajectoryProblem:
         settings = settings or self.settings
         schedule = schedule or nominal_schedule(self.profile, settings)
         p = self.parameters(takeoff_mass, coefficients=coefficients)
-        x, p[1] = start_on(schedule, self._of, self.nlp, self._maps, p, settings)
+        x, p[1] = start_on(schedule, self.discretisation, self.nlp, self._maps, p, settings)
         return x, p
 
     def inputs(self, x: np.ndarray, takeoff_mass: float) -> np.ndarray:
@@ -231,7 +212,7 @@ class TrajectoryProblem:
 
     def schedule(self, x: np.ndarray, takeoff_mass: float) -> tuple[Schedule, np.ndarray]:
         """Schedule of any x, and the mass [kg] at its nodes."""
-        return results.scheduled(self._of, self.nodes, self._at, x, self._unburned(takeoff_mass))
+        return results.scheduled(self.discretisation, self.nodes, self._at, x, self._unburned(takeoff_mass))
 
     def solve(
         self,
@@ -255,17 +236,17 @@ class TrajectoryProblem:
         settings = settings or self.settings
         bounds = self.bounds(takeoff_mass, settings=settings, limits=limits, corridor=corridor)
         warm = isinstance(initial, Trajectory) and self._knows(initial)
-        arguments: dict[str, Any] = bounds.arguments()
+        first = within_rates(initial.schedule, settings) if isinstance(initial, Trajectory) else initial
+        x0, p = self.start(first, takeoff_mass, settings=settings, coefficients=coefficients)
+        arguments: dict[str, Any] = {**bounds.arguments(), "x0": x0}
         if isinstance(initial, Trajectory) and warm:
-            schedule = within_rates(initial.schedule, settings)
-            x0, p = self.start(schedule, takeoff_mass, settings=settings, coefficients=coefficients)
             p[1] = initial.cost_factor
             arguments |= {"lam_x0": initial.lam_x, "lam_g0": initial.lam_g}
-        else:
-            first = initial.schedule if isinstance(initial, Trajectory) else initial
-            x0, p = self.start(first, takeoff_mass, settings=settings, coefficients=coefficients)
-        solver = self._solver(warm=warm)
-        values = solver(x0=x0, p=p, **arguments)
+        solver, wasted = self._solver(warm=warm), 0
+        values = solver(p=p, **arguments)
+        if warm and ipopt_status(solver.stats()) is not Status.CONVERGED:  # its multipliers have led astray
+            wasted, solver = int(solver.stats()["iter_count"]), self._solver(warm=False)
+            values = solver(p=p, **arguments)
         x, g, lam_x, lam_g = (np.array(values[name]).ravel() for name in ("x", "g", "lam_x", "lam_g"))
         has_cost = self.additions.cost is not None
         optimum = results.Optimum(x, g, lam_x, lam_g, bounds, 1.0 / float(p[1]) if has_cost else FUEL_SCALE)
@@ -278,12 +259,12 @@ class TrajectoryProblem:
             error = self._finer.error(x, self._unburned(takeoff_mass))
         return Trajectory(
             schedule=replace(schedule, **verdict),
-            fuel=float(x[self._of.layout.fuel[-1, -1]]) * FUEL_SCALE,
+            fuel=float(x[self.discretisation.layout.fuel[-1, -1]]) * FUEL_SCALE,
             objective=float(values["f"]) * optimum.unit - regularisation,
             mass=mass,
             mesh=self.mesh,
             transcription=self.transcription,
-            **results.details(self._of, self.rows, self._at, optimum, fuel_counts=not has_cost),
+            **results.details(self.discretisation, self.rows, self._at, optimum, fuel_counts=not has_cost),
             mesh_error=error,
             x=x,
             lam_x=lam_x,
@@ -291,7 +272,7 @@ class TrajectoryProblem:
             cost_factor=float(p[1]),
             regularisation=regularisation,
             max_residual=results.residual(optimum),
-            iterations=int(stats["iter_count"]),
+            iterations=int(stats["iter_count"]) + wasted,
             build_s=self.build_s,
             solve_s=clock.perf_counter() - begin,
             **verdict,
@@ -299,15 +280,19 @@ class TrajectoryProblem:
 
     def _knows(self, trajectory: Trajectory) -> bool:
         """Whether the trajectory is one of a problem of this structure."""
-        sizes = len(trajectory.x) == self._of.layout.size and len(trajectory.lam_g) == len(self.rows)
+        sizes = len(trajectory.x) == self.discretisation.layout.size and len(trajectory.lam_g) == len(self.rows)
         return sizes and trajectory.transcription == self.transcription and trajectory.mesh.equals(self.mesh)
 
     def _verdict(
-        self, optimum: results.Optimum, stats: dict[str, Any], x0: np.ndarray, p: np.ndarray, takeoff_mass: float
+        self, optimum: results.Optimum, stats: dict[str, Any], x0: np.ndarray, p: ca.DM, takeoff_mass: float
     ) -> dict[str, Any]:
         """Success, status and message."""
         status = ipopt_status(stats)
         if status is Status.CONVERGED and results.residual(optimum) <= ACCEPTED_RESIDUAL:
-            return {"success": True, "status": status, "message": f"optimal to {self._ipopt['tol']:g}"}
+            return {
+                "success": True,
+                "status": status,
+                "message": f"optimal to {self._ipopt.get('tol', OPTIONS['tol']):g}",
+            }
         found = diagnose(self, takeoff_mass, bounds=optimum.bounds, x0=x0, p=p, g=optimum.g, stats=stats)
         return {"success": False, "status": found.status, "message": found.message}
