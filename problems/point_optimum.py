@@ -182,8 +182,8 @@ def page(found: list[Compared]) -> Iterator[str]:
     yield (
         f"- Rotor speeds differ by {np.abs(speed).mean():.2f} % of nominal on average, at most "
         f"{np.abs(speed).max():.2f} %; twists by {np.abs(twist).mean():.2f} deg, at most "
-        f"{np.abs(twist).max():.2f} deg, where the fuel is flat in them. The band of rotor speeds within 0.5 % of the least fuel, with the twist held, "
-        "begins at the optimum wherever that lies on the blade loading."
+        f"{np.abs(twist).max():.2f} deg, where the fuel is flat in them. The band of rotor speeds within 0.5 % of the "
+        "least fuel, with the twist held, begins at the optimum wherever that lies on the blade loading."
     )
     yield ""
     yield from table(HEADER, rows(found))

@@ -64,6 +64,16 @@ class AnalyticTruth:
         return FirstOrder(flown.inputs, node.values.map(count)(flown.inputs, c).full(), slopes)
 
 
+@pytest.fixture(scope="module")
+def short(make_profile: Any) -> Any:
+    """A climb and a cruise."""
+    return make_profile(
+        {"task": "hover", "duration": 20.0},
+        {"task": "climb", "duration": 60.0, "speed": 40.0, "climb": np.radians(6.0)},
+        {"task": "cruise", "duration": 200.0, "speed": 50.0},
+    )
+
+
 def biased(make_model: Any, size: float = 1.0) -> Any:
     def make(conditions: Any) -> AnalyticModel:
         return AnalyticModel(Biased(size=size), make_model()(conditions).coefficients)
@@ -106,8 +116,8 @@ def test_the_optimum_of_the_truth_is_found_whatever_the_bias(make_model, transpo
     assert len(kept) >= 3 and kept[-1].rotor_speed < 2e-4
 
 
-def test_a_region_too_wide_is_halved_until_the_fuel_falls(make_model, transport):
-    """A surrogate whose curvature has the wrong size overshoots: such steps are not kept."""
+def test_a_region_too_wide_is_halved_until_the_fuel_falls(make_model, short):
+    """A surrogate with curvature of the wrong sign goes to the end of the region every time."""
 
     @dataclass(frozen=True)
     class Flat(Biased):
@@ -118,25 +128,24 @@ def test_a_region_too_wide_is_halved_until_the_fuel_falls(make_model, transport)
     def make(conditions: Any) -> AnalyticModel:
         return AnalyticModel(Flat(size=0.0), make_model()(conditions).coefficients)
 
-    best = TrajectoryProblem(transport, make_model()).solve(MASS)
-    start = TrajectoryProblem(transport, make, mesh=best.mesh).solve(MASS)
-    options = ConsistentOptions(most_solves=25)
-    found = consistent_trajectory(
-        transport, make, AnalyticTruth(make_model()), takeoff_mass=MASS, trajectory=start, options=options
-    )
+    best = TrajectoryProblem(short, make_model()).solve(MASS)
+    start = TrajectoryProblem(short, make, mesh=best.mesh).solve(MASS)
+    truth = AnalyticTruth(make_model())
+    found = consistent_trajectory(short, make, truth, takeoff_mass=MASS, trajectory=start)
     assert found.success, found.message
-    assert found.fuel_physics == pytest.approx(best.fuel, rel=1e-4)
-    assert any(not step.kept for step in found.history)
+    assert found.fuel_physics == pytest.approx(best.fuel, rel=1e-5)
+    assert found.history[0].fuel_physics > 1.001 * best.fuel
+    assert found.history[-1].region[1] < 0.2 * found.history[0].region[1]
     fuels = [step.fuel_physics for step in found.history if step.kept]
-    assert all(later <= earlier * (1 + 1e-6) for earlier, later in zip(fuels[1:], fuels[2:], strict=False))
+    assert all(later <= earlier * (1 + 1e-6) for earlier, later in zip(fuels, fuels[1:], strict=False))
 
 
-def test_what_is_not_reached_is_said(make_model, transport):
-    start = TrajectoryProblem(transport, biased(make_model)).solve(MASS)
+def test_what_is_not_reached_is_said(make_model, short):
+    start = TrajectoryProblem(short, biased(make_model)).solve(MASS)
     options = ConsistentOptions(most_solves=2)
     truth = AnalyticTruth(make_model())
     found = consistent_trajectory(
-        transport, biased(make_model), truth, takeoff_mass=MASS, trajectory=start, options=options
+        short, biased(make_model), truth, takeoff_mass=MASS, trajectory=start, options=options
     )
     assert not found.success and "2 solves" in found.message and not found.trajectory.schedule.success
     with pytest.raises(InputError, match="most_solves = 1: must be at least 2"):

@@ -2,8 +2,9 @@
 
 The whole-mission problem is solved with a path model corrected to first order at the schedule that is held
 (:mod:`vrsopt.schedule.corrected`), within a trust region of rotor speed and twist about it. The schedule found is
-flown on the physics: it is kept if that lowers the mission's fuel, else the region halves. The limits are corrected
-like the fuel flow, and a breach of one on the physics counts as fuel, at more than its multiplier.
+flown on the physics: it is kept if that lowers the mission's fuel, else the region halves, as it does where little of
+what was promised comes. The limits are corrected like the fuel flow, and a breach of one on the physics counts as fuel,
+at more than its multiplier.
 
 It ends where problem and physics agree on the fuel and the schedule changes no more. What is stated then is the
 first-order optimality with the physics' own derivatives at the schedule itself.
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 SAME_FUEL = 1e-6  # relative: a fall of the fuel by less is none
+POOR = 0.25  # of the fall that the problem promised: a step that gains less halves the region, kept or not
 DEAR = 2.0  # times its largest multiplier, what a breach of a limit costs
 NEAR_BOUND = 1e-3  # of a scaled unknown: further away its multiplier is that of the trust region, and does not count
 
@@ -182,8 +184,10 @@ class _Search:
                 break
             tried = self.truth.fly(self.problem, trial.schedule, self.takeoff_mass)
             price = self._price(trial)
-            better = self._merit(tried, price) <= self._merit(flown, price) + SAME_FUEL * flown.fuel
-            step = self._step(trial, tried, held.schedule, region, kept=better)
+            before_it = self._merit(flown, price)
+            gained, promised = before_it - self._merit(tried, price), before_it - trial.fuel
+            better = gained >= -SAME_FUEL * flown.fuel
+            step, moved = self._step(trial, tried, held.schedule, region, kept=better), self._largest(trial, held)
             history.append(step)
             logger.info("consistent trajectory: %s", step)
             settled = step.rotor_speed < options.rotor_speed and step.twist < options.twist
@@ -195,8 +199,8 @@ class _Search:
                 model = self._coefficients(flown)
             elif settled:
                 break  # the schedule that is held can not be told from a better one
-            else:
-                region = 0.5 * np.minimum(region, 2.0 * self._largest(trial.schedule, held.schedule))
+            if gained < POOR * promised:
+                region = 0.5 * min(1.0, float(np.max(moved / region))) * region
         else:
             message = f"not settled after {options.most_solves} solves"
         return self._result(held, flown, tuple(history), before, message, options)
@@ -260,12 +264,11 @@ class _Search:
         breach = np.maximum(flown.excess - 0.5 * ON_LIMIT, 0.0) @ flown.weights
         return flown.fuel + float(price @ breach)
 
-    def _largest(self, one: Schedule, other: Schedule) -> np.ndarray:
-        change = (
-            (one.rotor_speed - other.rotor_speed) / self.settings.nominal_rotor_speed,
-            one.twist - other.twist,
-        )
-        return np.array([np.max(np.abs(part)) for part in change])
+    def _largest(self, new: Trajectory, old: Trajectory) -> np.ndarray:
+        """Largest change (2,) of rotor speed (of nominal) and twist [rad] at a node."""
+        one, other = new.schedule, old.schedule
+        speed = (one.rotor_speed - other.rotor_speed) / self.settings.nominal_rotor_speed
+        return np.array([np.max(np.abs(part)) for part in (speed, one.twist - other.twist)])
 
     def _step(
         self, trajectory: Trajectory, flown: FlownPath, before: Schedule, region: np.ndarray, *, kept: bool
