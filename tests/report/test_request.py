@@ -127,11 +127,11 @@ def test_command_line_makes_a_result_again_and_takes_no_other_options(asked_of, 
 
 @pytest.mark.slow
 def test_the_figures_of_a_result_made_again_are_the_same(tmp_path):
-    first = ["solve", str(HOP), "--schedules", "nominal,pointwise,trajectory", "--isa-offset", "10"]
+    first = ["solve", str(HOP), "--schedules", "nominal", "--isa-offset", "10"]
     assert main([*first, "--out", str(tmp_path / "first")]) == 0
     again = ["solve", "--from", str(tmp_path / "first" / "result.nc"), "--out", str(tmp_path / "again")]
     assert main(again) == 0
     ours, theirs = (json.loads((tmp_path / name / "summary.json").read_text()) for name in ("first", "again"))
     for summary in (ours, theirs):
-        del summary["solver"], summary["times"]
+        del summary["steps"]  # how long they took
     assert ours == theirs

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -181,3 +182,15 @@ def test_a_damaged_or_foreign_file_is_refused(saved, tmp_path):
         load_trajectory(HOP)
     with pytest.raises(InputError, match="not a trajectory: no attribute format"):
         load_trajectory(Path(vrsopt.__file__).parent / "data" / "surrogate.nc")
+
+
+@pytest.mark.slow
+def test_example_of_the_readme(tmp_path, monkeypatch, capsys):
+    example = re.findall(r"```python\n(.*?)```", (HOP.parents[1] / "README.md").read_text(), re.DOTALL)[1]
+    assert "MissionProblem" in example
+    monkeypatch.chdir(tmp_path)
+    exec(example.replace("problems/sarm.toml", str(HOP)), {})  # what is tested is that it runs
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0].startswith("optimal to 1e-07 {'mission NOx': 0.0") and (tmp_path / "slower.nc").is_file()
+    surrogate, physics = map(float, shown[-1].split())
+    assert surrogate == pytest.approx(physics, rel=2e-3)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +88,8 @@ class MissionProblem:
             of_track = Path(mission).suffix.lower() in SUFFIXES
             mission = read(mission, mass=mass if of_track else None)
         self.setup = MissionSetup(mission, surrogate)
+        if mass is not None and not (isinstance(mass, Real) and 0.0 < mass < math.inf):
+            raise InputError(f"mission problem: mass = {mass!r}: a number above 0, kg")
         self.takeoff_mass = self.setup.loading.takeoff_mass if mass is None else float(mass)
         self.settings = (settings or self.setup.settings).restricted(variables)
         self._transcription: Transcription = transcription
@@ -157,6 +161,10 @@ class MissionProblem:
         tasks: Sequence[str] | None,
     ) -> Constraint:
         known = list(dict.fromkeys(segment.task for segment in self.profile.segments))
+        if isinstance(tasks, str) or tasks is not None and not (isinstance(tasks, Sequence) and tasks):
+            raise InputError(
+                f"constraint {name}: tasks = {tasks!r}: a list of some of {', '.join(known)}, or None for all"
+            )
         for task in tasks or ():
             if task not in known:
                 raise InputError(f"constraint {name}: tasks = {task!r}: allowed: {', '.join(known)}")
