@@ -16,6 +16,7 @@ import json
 import resource
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -94,8 +95,7 @@ def envelope(make: SurrogateAircraft, options: argparse.Namespace) -> dict[str, 
     found: dict[str, Any] = {"points": 3 * len(MASSES) * side**2}
     for name, action in (("optima_s", optima), ("maps_s", maps)):
         found[name] = {
-            variables: timed(lambda action=action, variables=variables: action(make, side, variables))[1]
-            for variables in ("both", "speed", "twist")
+            variables: timed(partial(action, make, side, variables))[1] for variables in ("both", "speed", "twist")
         }
         found[name]["all"] = sum(found[name].values())
     return found | {"memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}

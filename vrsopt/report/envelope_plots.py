@@ -143,7 +143,8 @@ def _filled(figure: Figure, axes: Any, maps: xr.Dataset, rows: Any, colours: str
 def _finish(figure: Figure, axes: Any, maps: xr.Dataset, title: str) -> None:
     free = VARIABLES_WORDS[str(maps.attrs["free_variables"])]
     low, high = maps.attrs["rotor_speed_percent_bounds"]
-    settings = f"{free}, {low:g} to {high:g} %, manoeuvre margin {maps.attrs['manoeuvre_margin']:g}"
+    within = f", {low:g} to {high:g} %" if low < high else ""
+    settings = f"{free}{within}, manoeuvre margin {maps.attrs['manoeuvre_margin']:g}"
     settings += f"; {HATCHED}" if np.any(maps["feasible"].values == 0) else ""
     figure.suptitle(f"{title} ({settings})", fontsize=NORMAL, x=0.01, ha="left")
     for ax in axes:

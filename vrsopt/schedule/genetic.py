@@ -28,12 +28,14 @@ class GeneticOptions:
     at the latest after ``most_generations``.
 
     The reference study states the tolerance and not of what: here it is the best point's, on average over the variables
-    and the last ``period`` generations. At 1e-15 that is a best point which does not move any more.
+    and the last ``period`` generations, once the population has drawn together to ``spread`` of the ranges around it.
+    At 1e-15 that is a best point which does not move any more.
     """
 
     seed: int = 1
     tolerance: float = 1e-15
     period: int = 8
+    spread: float = 1e-4
     most_generations: int = 400
 
 
@@ -74,14 +76,15 @@ class _Settled(Termination):
         self.history: list[np.ndarray] = []  # best points, each variable over its range
 
     def _update(self, algorithm: Any) -> float:
-        problem, best = algorithm.problem, algorithm.opt[0]
-        self.history.append((best.X - problem.xl) / (problem.xu - problem.xl))
+        problem, width = algorithm.problem, algorithm.problem.xu - algorithm.problem.xl
+        self.history.append((algorithm.opt[0].X - problem.xl) / width)
         if len(self.history) >= self.options.most_generations:
             return 1.0
         if len(self.history) <= self.options.period:
             return 0.0
-        recent = np.array(self.history[-1 - self.options.period :])
-        return 1.0 if np.mean(np.abs(np.diff(recent, axis=0))) <= self.options.tolerance else 0.0
+        change = np.mean(np.abs(np.diff(self.history[-1 - self.options.period :], axis=0)))
+        apart = np.mean(np.abs((algorithm.pop.get("X") - problem.xl) / width - self.history[-1]))
+        return 1.0 if change <= self.options.tolerance and apart <= self.options.spread else 0.0
 
 
 def genetic_minimum(
