@@ -1,4 +1,4 @@
-"""Fronts of fuel against NOx, of an aircraft whose NOx falls as the rotor slows down below its best speed."""
+"""Fronts of fuel against NOx, of an aircraft whose NOx falls with the rotor speed and one whose NOx goes with fuel."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ SETTINGS = ScheduleSettings()
 
 
 class Conflict(AnalyticModel):
-    """NOx that goes with the cube of the rotor speed: least at the lowest speed, where fuel is not."""
+    """NOx that falls with the rotor speed: least where the rotor is fastest, where fuel is not."""
 
     def emissions(self, fuel_flow: Any, power_per_engine: Any, rotor_speed: Any) -> dict[str, Any]:
-        nox = 1e-4 * (rotor_speed / 44.4) ** 3 + 0.0 * fuel_flow
+        nox = 1e-4 * (44.4 / rotor_speed) ** 3 + 0.0 * fuel_flow
         return {**super().emissions(fuel_flow, power_per_engine, rotor_speed), "nox": nox}
 
     def nodes(self, index: np.ndarray) -> Conflict:

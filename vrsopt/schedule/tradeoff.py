@@ -95,7 +95,7 @@ def step_fronts(
     settings = settings or ScheduleSettings()
     own: dict[str, Any] = {"takeoff_mass": takeoff_mass, "settings": settings, "decision_step": decision_step}
     least = pointwise_schedule(grid.profile, make_path_model, method="batched", grid=grid, **own)
-    nodes = decision_nodes(grid.profile, decision_step)
+    nodes = replace(decision_nodes(grid.profile, decision_step), segment=least.segment, time=least.time)
     mass = nodes.interpolated(grid, grid.burned(least, takeoff_mass=takeoff_mass)[0])
     model = make_path_model(nodes.conditions())
     box = settings.box(model.bounds)
