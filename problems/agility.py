@@ -65,8 +65,8 @@ def verdict(results: list[Run]) -> Iterator[str]:
         f"**The advantage is small.** With actuators of 1 %/s and 1 deg/s the pointwise schedule behind a causal rate "
         f"limiter burns {shipped} % more than the best trajectory on the three shipped missions, and {nap[1.0]:.3f} % "
         f"more in the nap-of-the-earth flight: less than the surrogate's own error. It grows as actuators slow down, "
-        f"to {nap[slow]:.2f} % at {slow:g} %/s in the nap-of-the-earth flight, and is no larger where twist is ten times "
-        f"slower ({span(slowed, 'rate_limited', 2)} %). The most found is {most.over('rate_limited'):.2f} % "
+        f"to {nap[slow]:.2f} % at {slow:g} %/s in the nap-of-the-earth flight, and is no larger where twist is ten "
+        f"times slower ({span(slowed, 'rate_limited', 2)} %). The most found is {most.over('rate_limited'):.2f} % "
         f"({most.profile}, {most.rate:g} %/s, {most.twist_rate:g} deg/s)."
     )
     yield ""
@@ -153,8 +153,8 @@ def page(results: list[Run]) -> str:
         *verdict(results),
         "![Advantage against actuator rate and changes of speed](figures/agility.png)",
         "",
-        "Grey lines: 0.1 %, about the error of the surrogate. Below zero the trajectory burns more than the rate-limited",
-        "schedule.",
+        "Grey lines: 0.1 %, about the error of the surrogate. Below zero the trajectory burns more than the",
+        "rate-limited schedule.",
         "",
         *run_table(results),
     ]
