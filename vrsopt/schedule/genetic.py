@@ -73,11 +73,16 @@ class _Settled(Termination):
     def __init__(self, options: GeneticOptions) -> None:
         super().__init__()
         self.options = options
-        self.history: list[np.ndarray] = []  # best points, each variable over its range
+        self.best = (np.inf, np.inf)  # breach of the limits and fuel flow
+        self.history: list[np.ndarray] = []  # best points so far, each variable over its range
 
     def _update(self, algorithm: Any) -> float:
         problem, width = algorithm.problem, algorithm.problem.xu - algorithm.problem.xl
-        self.history.append((algorithm.opt[0].X - problem.xl) / width)
+        now = algorithm.opt[0]
+        reached = (float(now.CV[0]), float(now.F[0]))
+        better = reached < self.best  # one that is as good is no change: optima are flat
+        self.history.append((now.X - problem.xl) / width if better else self.history[-1])
+        self.best = min(reached, self.best)
         if len(self.history) >= self.options.most_generations:
             return 1.0
         if len(self.history) <= self.options.period:
