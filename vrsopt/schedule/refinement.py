@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 MAX_ROUNDS = 5
 CHANGE = 5e-5  # of the fuel of the flight from one mesh to the next: less is not worth another one
 QUADRATURE = 1e-5  # of the fuel: a smaller sum of the mesh errors splits nothing
-RESOLUTION = 2e-5  # of the fuel: a smaller sum of what straight pieces cost splits nothing
+RESOLUTION = 1e-5  # of the fuel: a smaller sum of what straight pieces cost splits nothing
 CHECKED_LIMIT = 0.9 * ON_LIMIT
 SHORTEST = 0.2  # of an interval: no part of it is shorter
 
