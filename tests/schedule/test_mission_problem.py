@@ -194,3 +194,16 @@ def test_example_of_the_readme(tmp_path, monkeypatch, capsys):
     assert shown[0].startswith("optimal to 1e-07 {'mission NOx': 0.0") and (tmp_path / "slower.nc").is_file()
     surrogate, physics = map(float, shown[-1].split())
     assert surrogate == pytest.approx(physics, rel=2e-3)
+
+
+def test_own_constraint_decides_on_the_side_of_a_forbidden_band():
+    """Least fuel is below the band, the constraint above it."""
+    problem = vrsopt.MissionProblem(HOP)
+    speed, nominal = problem.quantities["rotor_speed"], problem.settings.nominal_rotor_speed
+    bands = (vrsopt.ForbiddenBand(0.85 * nominal, 0.93 * nominal, 20.0),)
+    free = problem.solve(forbidden_bands=bands)
+    assert free.success and free.schedule.rotor_speed.min() < 0.85 * nominal
+    problem.add_constraint("fast", speed, lower=0.935 * nominal, unit="rad/s", tasks=["cruise to site"])
+    fast = problem.solve(forbidden_bands=bands)
+    assert fast.success and problem.fly(fast, forbidden_bands=bands).success
+    assert fast.schedule.rotor_speed.min() >= 0.93 * nominal * (1 - 1e-9)

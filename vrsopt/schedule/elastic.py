@@ -2,8 +2,8 @@
 
 Every limit, own constraint, integral, rate, acceleration, held value and bound of the mass gives way as a whole, task
 by task and side by side; the weighted sum (L1) of what they give way by, each as a share of its limit, is least. So few
-of them give way, and where the one that does presses hardest is the place. A little of the objective stays, which settles what
-is not in the way. Exact penalties: J. Nocedal, S. J. Wright, Numerical Optimization (2006), 17.2.
+of them give way, and where the one that does presses hardest is the place. A little of the objective stays, which
+settles what is not in the way. Exact penalties: J. Nocedal, S. J. Wright, Numerical Optimization (2006), 17.2.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,18 +45,20 @@ def speed_maps(
     mass: np.ndarray,
     rotor_speed: np.ndarray,
     settings: ScheduleSettings,
+    usages: Mapping[str, float],
 ) -> SpeedMaps:
     """Maps at ``times`` (2, n) [s], both ends of steps inside the segments ``segment`` (n,), of K rotor speeds [rad/s].
 
-    ``mass`` [kg] at the nodes of ``grid``. Made at the decision nodes of the mission, linear in time in between; idle,
-    where nothing is free, has zeros.
+    ``mass`` [kg] at the nodes of ``grid``; ``usages``: largest ones of limits that need not be 1. Made at the decision
+    nodes of the mission, linear in time in between; idle, where nothing is free, has zeros.
     """
     nodes = decision_nodes(grid.profile, DECISION_STEP)
     model, mass = make_path_model(nodes.conditions()), nodes.interpolated(grid, mass)
-    twist = _best_twist(model, mass, rotor_speed, settings.box(model.bounds)[:, 1])
+    allowed = np.array([usages.get(name, 1.0) - 1.0 for name in model.limit_names])
+    twist = _best_twist(model, mass, rotor_speed, settings.box(model.bounds)[:, 1], allowed)
     rate = settings.rotor_speed_rate or UNLIMITED_RATE * settings.nominal_rotor_speed
     still, faster, slower = (model.evaluate(mass[:, None], rotor_speed[None, :], twist, r) for r in (0.0, rate, -rate))
-    excess, pressed = np.max(still.limits, axis=0), np.max(faster.limits, axis=0)
+    excess, pressed = (np.max(values.limits - allowed[:, None, None], axis=0) for values in (still, faster))
     bounded = (pressed > 0.0) & (pressed > excess)
     room = np.divide(-rate * excess, pressed - excess, out=np.full(excess.shape, NO_BOUND), where=bounded)
     where = [_between(nodes.segment, nodes.time, segment, time) for time in times]
@@ -74,7 +77,9 @@ def speed_maps(
     )
 
 
-def _best_twist(model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, ends: np.ndarray) -> np.ndarray:
+def _best_twist(
+    model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, ends: np.ndarray, allowed: np.ndarray
+) -> np.ndarray:
     """Twist (m, K) [rad] of least fuel within the limits, between ``ends``: the best of a grid, halved in on."""
     shape = len(mass), len(rotor_speed)
     candidates = np.linspace(ends[0], ends[1], TWISTS if ends[1] > ends[0] else 1)
@@ -83,7 +88,8 @@ def _best_twist(model: PathModel, mass: np.ndarray, rotor_speed: np.ndarray, end
     for _ in range(1 + REFINEMENTS):
         speeds = np.broadcast_to(rotor_speed[:, None], candidates.shape)
         values = model.evaluate(mass[:, None], speeds.reshape(len(mass), -1), candidates.reshape(len(mass), -1))
-        merit = values.fuel_flow + BREACH * np.maximum(np.max(values.limits, axis=0), 0.0)
+        excess = np.max(values.limits - allowed[:, None, None], axis=0)
+        merit = values.fuel_flow + BREACH * np.maximum(excess, 0.0)
         best = np.argmin(merit.reshape(candidates.shape), axis=-1)
         centre = np.take_along_axis(candidates, best[..., None], axis=-1)
         spacing = 0.5 * spacing

@@ -8,6 +8,7 @@ Method: R. Bellman, Dynamic programming (1957).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,9 +38,14 @@ class SpeedPlan:
 
 
 def speed_plan(
-    grid: FlightGrid, make_path_model: PathModelFactory, *, takeoff_mass: float, settings: ScheduleSettings
+    grid: FlightGrid,
+    make_path_model: PathModelFactory,
+    *,
+    takeoff_mass: float,
+    settings: ScheduleSettings,
+    usages: Mapping[str, float] | None = None,
 ) -> SpeedPlan:
-    """Plan of the mission of ``grid`` from ``takeoff_mass`` [kg].
+    """Plan of the mission of ``grid`` from ``takeoff_mass`` [kg], within ``usages`` of limits that need not be 1.
 
     What is over a limit is avoided where it can be, no more; the rate of the twist and bounds of accelerations are left
     to who polishes the plan. Raises :class:`InputError` for bands that contradict each other or the other settings, and
@@ -59,6 +65,7 @@ def speed_plan(
             mass=grid.burned(schedule, takeoff_mass=takeoff_mass)[0],
             rotor_speed=layers.speed,
             settings=settings,
+            usages=usages or {},
         )
         course = best_course(layers, maps, jumps, periodic=settings.ends == "periodic")
         times, speeds = _corners(layers, course, settings)
