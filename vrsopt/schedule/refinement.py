@@ -72,9 +72,9 @@ def refined(
     problem knows the limits at the stages of its intervals only: where a flight of its solution breaks one in between,
     by more than may pass for active, the interval is split. So are those that are too coarse for the quadrature or
     for a schedule that bends, unless the fuel of the flight has changed by less than CHANGE since the last mesh. Which
-    side of forbidden bands the rotor is on, and when it crosses them, is planned first, for least fuel within the limits
-    of the aircraft (:mod:`vrsopt.schedule.speed_plan`); if that fails for constraints of one's own, it does not cross
-    them. Other arguments as of :meth:`TrajectoryProblem.solve`.
+    side of forbidden bands the rotor is on, and when it crosses them, is planned first, for least fuel within the
+    limits of the aircraft (:mod:`vrsopt.schedule.speed_plan`); if that fails for constraints of one's own, it does not
+    cross them. Other arguments as of :meth:`TrajectoryProblem.solve`.
     """
     settings = settings or problem.settings
     crossings = None
