@@ -123,7 +123,7 @@ def _search(
     fronts = []
     for k, seed in enumerate(seeds.tolist()):
         step = _Step(model.nodes(np.array([k])), float(mass[k]), box)
-        population = np.random.default_rng(seed).uniform(*box, (POPULATION, 2))
+        population = np.random.default_rng(seed).uniform(box[0], box[1], (POPULATION, 2))
         population[0] = start[k]
         algorithm = NSGA2(pop_size=POPULATION, sampling=population)
         found = minimize(step, algorithm, ("n_gen", generations), seed=seed)
