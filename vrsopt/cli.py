@@ -30,6 +30,7 @@ from vrsopt.console import (
     print_json,
     print_version,
     run,
+    weights,
 )
 from vrsopt.design_commands import add_points, export, fit, sample
 from vrsopt.envelope_command import envelope
@@ -205,10 +206,21 @@ def solve(
         Path | None, typer.Option(help="Surrogate, written by vrsopt fit.", show_default="the shipped one")
     ] = None,
     schedules: Annotated[
-        str | None, typer.Option(help="Some of them, with commas.", show_default="nominal,pointwise,trajectory")
+        str | None,
+        typer.Option(
+            help="Some of nominal, constant, pointwise, prescribed, trajectory, consistent, variable_transmission, with "
+            "commas.",
+            show_default="nominal,pointwise,trajectory",
+        ),
     ] = None,
     variables: Annotated[
         str | None, typer.Option(help="What is free: both, speed, twist, or all three cases.", show_default="both")
+    ] = None,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            help="What trajectories minimise: weights of fuel, nox, co, co2, as fuel=1,nox=30.", show_default="fuel"
+        ),
     ] = None,
     mass: Annotated[float | None, number("Take-off mass of a flown track, kg.", show_default="needed with it")] = None,
     isa_offset: Annotated[
@@ -238,6 +250,7 @@ def solve(
     asked = {
         "schedules": schedules,
         "variables": variables,
+        "objective": objective,
         "mass": mass,
         "isa_offset": isa_offset,
         "wind_from_deg": wind_from_deg,
@@ -256,6 +269,7 @@ def solve(
             file=mission.name,
             schedules=tuple(name.strip() for name in (schedules or "nominal,pointwise,trajectory").split(",")),
             variables=variables or "both",
+            objective=None if objective is None else weights(objective),
             mass=mass,
             isa_offset=isa_offset,
             wind=None if wind_from_deg is None else (wind_from_deg, wind_speed),

@@ -242,6 +242,20 @@ def check_asked(mission: Path | None, repeated: Path | None, options: Mapping[st
             raise InputError(f"solve: {name} = {value}: not allowed with --from, the result has its own")
 
 
+def weights(text: str) -> dict[str, float]:
+    """Weights typed as ``fuel=1,nox=30``; raises InputError for what is not of this form."""
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, value = (piece.strip() for piece in part.partition("="))
+        try:
+            found[name] = float(value)
+        except ValueError:
+            found[name] = math.nan
+        if not math.isfinite(found[name]):
+            raise InputError(f"solve: objective = {text!r}: weights like fuel=1,nox=30")
+    return found
+
+
 def check_folder(path: Path) -> None:
     """Raises :class:`InputError` unless ``path`` is a folder that can be written to, or one that can be made."""
     there = next(folder for folder in (path, *path.absolute().parents) if folder.exists())

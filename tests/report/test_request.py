@@ -22,6 +22,7 @@ ASKED = Request(
     file=HOP.name,
     schedules=("nominal", "trajectory"),
     variables="speed",
+    objective={"fuel": 1.0, "nox": 30.0},
     seed=3,
     isa_offset=12.5,
     wind=(270.0, 6.0),
@@ -121,6 +122,12 @@ def test_command_line_makes_a_result_again_and_takes_no_other_options(asked_of, 
     for words in (["--isa-offset", "20"], [str(HOP)], ["--schedules", "nominal"], ["--variables", "both"]):
         assert main(["solve", "--from", str(result), "--out", str(tmp_path / "again"), *words]) == 2
         assert "not allowed with --from, the result has its own" in capsys.readouterr().err
+    words = ["solve", str(HOP), "--out", str(tmp_path / "again"), "--objective"]
+    assert main([*words, "fuel=1, co2=0.1"]) == 0
+    assert asked_of[-1][2]["objective"] == {"fuel": 1.0, "co2": 0.1}
+    for wrong in ("nox", "nox=nan", ""):
+        assert main([*words, wrong]) == 2
+        assert f"solve: objective = {wrong!r}: weights like fuel=1,nox=30" in capsys.readouterr().err
     assert main(["solve", "--out", str(tmp_path / "again")]) == 2
     assert "solve: mission: missing: a mission file, a flown track, or --from" in capsys.readouterr().err
 

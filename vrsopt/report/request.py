@@ -32,6 +32,7 @@ class Request(BaseModel):
     file: str
     schedules: tuple[str, ...]
     variables: str = "both"
+    objective: dict[str, float] | None = None
     seed: int = 1
     mass: float | None = None
     isa_offset: float | None = None
@@ -65,6 +66,7 @@ def run(mission: Path, request: Request, *, progress: bool = False) -> Run:
         surrogate,
         schedules=request.schedules,
         variables=request.variables,
+        objective=request.objective,
         seed=request.seed,
         progress=progress,
     )
