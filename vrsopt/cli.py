@@ -208,8 +208,8 @@ def solve(
     schedules: Annotated[
         str | None,
         typer.Option(
-            help="Some of nominal, constant, pointwise, prescribed, trajectory, consistent, variable_transmission, with "
-            "commas.",
+            help="With commas, some of nominal, constant, pointwise, prescribed, trajectory, consistent, "
+            "variable_transmission.",
             show_default="nominal,pointwise,trajectory",
         ),
     ] = None,
