@@ -53,6 +53,15 @@ def test_sensitivities_equal_resolved_differences():
             assert exact[output][name] == pytest.approx((high[output] - low[output]) / (2 * step), rel=1e-5)
 
 
+def test_sensitivities_of_some_outputs_by_some_parameters():
+    system = duct()
+    solution = system.solve({"thrust": 21575.0, "loss": 1.5}, method="newton")
+    every = system.sensitivities(solution)
+    some = system.sensitivities(solution, outputs=("velocity squared",), parameters=("loss",))
+    assert list(some) == ["velocity squared"] and list(some["velocity squared"]) == ["loss"]
+    assert some["velocity squared"]["loss"] == pytest.approx(every["velocity squared"]["loss"], rel=1e-14)
+
+
 def test_embedded_function_has_the_same_root_and_derivative():
     system = duct()
     solution = system.solve({"thrust": 21575.0, "loss": 1.5}, method="newton")
