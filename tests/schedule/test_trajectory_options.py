@@ -248,3 +248,38 @@ def test_halving_the_mesh_does_not_change_the_fuel(errand, make_model, solved):
     grid = FlightGrid(errand, make_model(), step=0.25)
     fuel = [grid.fly(one.schedule, takeoff_mass=2000.0).fuel for one in (solution, finer)]
     assert finer.success and fuel[1] == pytest.approx(fuel[0], rel=5e-5)
+
+
+def test_a_cost_that_is_nothing_at_the_start_and_a_start_with_another_cost(errand, make_model, solved):
+    still = Additions(cost=(quantities()["rotor_speed"] - 44.4) ** 2)
+    problem = TrajectoryProblem(errand, make_model(), settings=FREE, additions=still)
+    first = problem.solve(1800.0, solved[1])  # the fuel's multipliers are not this cost's
+    assert first.success and first.cost_factor > 0.0
+    np.testing.assert_allclose(first.schedule.rotor_speed, 44.4, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"upper": float("nan")}, "constraint c: upper = nan: must be a number or None"),
+        ({"upper": "50"}, "upper = '50': must be a number"),
+        ({"upper": 1.0, "tasks": "cruise"}, "tasks = 'cruise': must be names of tasks"),
+        ({"upper": 1.0, "tasks": ()}, r"tasks = \(\): must be names of tasks"),
+        ({"upper": 1.0, "unit": None}, "name and unit = 'c', None: must be words"),
+        ({"upper": 1.0, "expression": "mass"}, "c = str: must be a CasADi SX expression"),
+    ],
+)
+def test_constraints_that_make_no_sense_are_refused_at_once(changes, message):
+    with pytest.raises(InputError, match=message):
+        Constraint(**{"name": "c", "expression": quantities()["mass"], **changes})
+
+
+def test_numbers_that_make_no_sense_are_refused(solved, errand, make_model):
+    for value in (float("nan"), -1.0, True, "x"):
+        with pytest.raises(InputError, match="limits engine power = .*: must be a number above 0"):
+            solved[0].solve(2000.0, limits={"engine power": value})
+    for weights in ({"fuel": float("nan")}, {"fuel": 0.0}, {"fuel": None}):
+        with pytest.raises(InputError, match="weights must be numbers, not all zero"):
+            TrajectoryProblem(errand, make_model(), additions=Additions(cost=weights))
+    with pytest.raises(InputError, match="trajectory: ipopt = .*foo"):
+        TrajectoryProblem(errand, make_model(), ipopt={"foo": 1})

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -55,6 +57,11 @@ def quantities() -> Quantities:
     return Quantities()
 
 
+def is_number(value: object) -> bool:
+    """Whether ``value`` is a finite number, which a truth value is not."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
 @dataclass(frozen=True)
 class Constraint:
     """``lower`` <= ``expression`` <= ``upper``, in ``unit``; None leaves a side open.
@@ -72,6 +79,16 @@ class Constraint:
     tasks: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
+        where = f"constraint {self.name}"
+        if not isinstance(self.name, str) or not isinstance(self.unit, str):
+            raise InputError(f"{where}: name and unit = {self.name!r}, {self.unit!r}: must be words")
+        for side, bound in (("lower", self.lower), ("upper", self.upper)):
+            if bound is not None and not is_number(bound):
+                raise InputError(f"{where}: {side} = {bound!r}: must be a number or None")
+        tasks = self.tasks
+        if tasks is not None and (isinstance(tasks, str) or not isinstance(tasks, Sequence) or not tasks):
+            raise InputError(f"{where}: tasks = {tasks!r}: must be names of tasks, or None for the whole flight")
+        _symbols(self.name, self.expression)
         if self.lower is None and self.upper is None:
             raise InputError(f"constraint {self.name}: lower and upper = None: must have one of them")
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
@@ -114,6 +131,8 @@ class Additions:
         unknown = sorted(set(self.cost) - set(WEIGHTED))
         if unknown or not self.cost:
             raise InputError(f"additions: cost = {unknown}: weights must be of {', '.join(WEIGHTED)}")
+        if not all(map(is_number, self.cost.values())) or not any(self.cost.values()):
+            raise InputError(f"additions: cost = {dict(self.cost)}: weights must be numbers, not all zero")
         return sum(weight * quantities()[WEIGHTED[name]] for name, weight in self.cost.items())
 
 
@@ -171,6 +190,9 @@ def extended(model: PathModel, conditions: Conditions, additions: Additions) -> 
 
 def _symbols(name: str, expression: Any) -> list[Any]:
     """Quantities in an expression; raises InputError for other symbols or other shapes."""
+    if not isinstance(expression, ca.SX | int | float):
+        allowed = "must be a CasADi SX expression of the symbols of quantities()"
+        raise InputError(f"additions: {name} = {type(expression).__name__}: {allowed}")
     value = ca.SX(expression)
     if value.numel() != 1:
         raise InputError(f"additions: {name} = expression of shape {value.shape}: must be a single value")

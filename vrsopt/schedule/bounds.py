@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from vrsopt.errors import InputError
-from vrsopt.schedule.additions import Additions
+from vrsopt.schedule.additions import Additions, is_number
 from vrsopt.schedule.labels import Labels
 from vrsopt.schedule.layout import FUEL_SCALE
 from vrsopt.schedule.rows import Discretisation
@@ -163,13 +163,15 @@ def row_bounds(
     return low_rows, high_rows
 
 
-def _usage(name: str, value: object) -> float:
-    if not isinstance(value, (int, float)):
-        raise InputError(f"trajectory: limits {name} = {value}: must be a number, the largest usage")
+def _usage(name: str, value: Any) -> float:
+    if not is_number(value) or not value > 0.0:
+        raise InputError(f"trajectory: limits {name} = {value!r}: must be a number above 0, the largest usage")
     return float(value)
 
 
-def _pair(name: str, value: object) -> tuple[float | None, float | None]:
-    if not isinstance(value, tuple) or len(value) != 2:
-        raise InputError(f"trajectory: limits {name} = {value}: must be (lower, upper)")
-    return value
+def _pair(name: str, value: Any) -> tuple[float | None, float | None]:
+    pair = value if isinstance(value, tuple) and len(value) == 2 else (value, value)
+    ends = [end for end in pair if end is not None]
+    if pair is not value or not all(map(is_number, ends)) or sorted(ends) != ends:
+        raise InputError(f"trajectory: limits {name} = {value!r}: must be (lower, upper), numbers in order or None")
+    return pair

@@ -12,6 +12,7 @@ from vrsopt.schedule.rows import Discretisation
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
 FUEL_SWEEPS = 3
+ASIDE = 0.02  # of rotor speed and twist
 # Options of IPOPT. Cold: a tenth of its own, as the unknowns are of order one and the objective per interval is not.
 COLD = {"mu_init": 1e-2}
 # Warm: at the end of the central path, with the multipliers known there is no need to walk it again; where they lead
@@ -66,5 +67,16 @@ def start_on(
         before = np.concatenate([[0.0], np.cumsum(burned[:, -1])[:-1]])
         x[layout.fuel[:, 0]] = before
         x[layout.fuel[:, 1:]] = before[:, None] + burned
-    cost = abs(float(maps.cost @ outputs))
-    return x, float(np.sum(burned[:, -1])) / cost if cost > 0.0 else 0.0
+    return x, float(x[layout.fuel[-1, -1]]) / _size_of_cost(of, nlp, maps, x, p) if np.any(maps.cost) else 0.0
+
+
+def _size_of_cost(of: Discretisation, nlp: Nlp, maps: Maps, x: np.ndarray, p: Any) -> float:
+    """How large the cost is at x, or near it: one that measures the distance from the start is nothing there."""
+    moved = x.copy()
+    for control in of.layout.controls:
+        moved[np.concatenate([control.start, control.end])] *= 1.0 - ASIDE
+        moved[control.rate] = 1.0
+    moved[of.layout.charged_rate] = 1.0
+    sizes = [abs(float(maps.cost @ np.array(nlp.values(at, p)).ravel())) for at in (x, moved)]
+    found = [size for size in sizes if np.isfinite(size) and size > 0.0]
+    return max(found, default=1.0)

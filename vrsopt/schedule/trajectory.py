@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+from vrsopt.errors import InputError
 from vrsopt.schedule import solution as results
 from vrsopt.schedule import transcription as tr
 from vrsopt.schedule.additions import Additions, extended
@@ -137,13 +138,12 @@ class TrajectoryProblem:
     def _solver(self, *, warm: bool) -> Any:
         if warm not in self._solvers:
             options = ipopt_options(**{**OPTIONS, **(WARM if warm else COLD), **self._ipopt})
-            derivatives: dict[str, Any] = {
-                "jac_g": self.nlp.jacobian,
-                "hess_lag": self.nlp.hessian,
-                "calc_lam_p": False,
-                "no_nlp_grad": True,
-            }
-            self._solvers[warm] = ca.nlpsol("trajectory", "ipopt", self.nlp.problem, {**options, **derivatives})
+            functions: dict[str, Any] = {"jac_g": self.nlp.jacobian, "hess_lag": self.nlp.hessian}
+            options |= {"calc_lam_p": False, "no_nlp_grad": True}
+            try:
+                self._solvers[warm] = ca.nlpsol("trajectory", "ipopt", self.nlp.problem, {**options, **functions})
+            except RuntimeError as error:  # of an option or its value
+                raise InputError(f"trajectory: ipopt = {self._ipopt}: {str(error).strip().splitlines()[-1]}") from None
         return self._solvers[warm]
 
     def _unburned(self, takeoff_mass: float) -> np.ndarray:
@@ -240,7 +240,6 @@ class TrajectoryProblem:
         x0, p = self.start(first, takeoff_mass, settings=settings, coefficients=coefficients)
         arguments: dict[str, Any] = {**bounds.arguments(), "x0": x0}
         if isinstance(initial, Trajectory) and warm:
-            p[1] = initial.cost_factor
             arguments |= {"lam_x0": initial.lam_x, "lam_g0": initial.lam_g}
         solver, wasted = self._solver(warm=warm), 0
         values = solver(p=p, **arguments)
@@ -281,6 +280,7 @@ class TrajectoryProblem:
     def _knows(self, trajectory: Trajectory) -> bool:
         """Whether the trajectory is one of a problem of this structure."""
         sizes = len(trajectory.x) == self.discretisation.layout.size and len(trajectory.lam_g) == len(self.rows)
+        sizes &= (trajectory.cost_factor != 0.0) == (self.additions.cost is not None)
         return sizes and trajectory.transcription == self.transcription and trajectory.mesh.equals(self.mesh)
 
     def _verdict(
