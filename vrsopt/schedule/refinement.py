@@ -13,6 +13,7 @@ import numpy as np
 from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.bounds import Corridor, LimitBounds
 from vrsopt.schedule.carry_over import carried_over
+from vrsopt.schedule.crossings import Crossings
 from vrsopt.schedule.mesh import Mesh, MeshOptions
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Flight, FlightGrid
@@ -76,12 +77,39 @@ def refined(
     limits of the aircraft (:mod:`vrsopt.schedule.speed_plan`); if that fails for constraints of one's own, it does not
     cross them. Other arguments as of :meth:`TrajectoryProblem.solve`.
     """
-    settings = settings or problem.settings
-    crossings = None
-    if settings.forbidden_bands:
-        plan = speed_plan(grid, problem.make_path_model, takeoff_mass=takeoff_mass, settings=settings)
-        crossings, initial = plan.crossings, initial or plan.schedule
-        problem = problem.on(crossings.split(problem.mesh))
+    settings, limits = settings or problem.settings, limits or {}
+    problem.bounds(takeoff_mass, settings=settings, limits=limits)  # complains of what can not be
+    if not settings.forbidden_bands:
+        return _split_as_needed(problem, grid, None, takeoff_mass, initial, settings, limits)
+    staying = replace(
+        settings, forbidden_bands=tuple(replace(band, crossing_time=0.0) for band in settings.forbidden_bands)
+    )
+    usages = {name: float(value) for name, value in limits.items() if not isinstance(value, tuple)}
+    tried = []
+    for one in (settings, staying):
+        plan = speed_plan(grid, problem.make_path_model, takeoff_mass=takeoff_mass, settings=one, usages=usages)
+        start = initial if initial is not None and one is settings else plan.schedule
+        on_it = problem.on(plan.crossings.split(problem.mesh))
+        tried.append(_split_as_needed(on_it, grid, plan.crossings, takeoff_mass, start, settings, limits))
+        if tried[-1][0].success:
+            return tried[-1]
+    trajectory, last = tried[0]
+    message = f"with the forbidden bands crossed as least fuel would have it, or not at all: {trajectory.message}"
+    return replace(trajectory, message=message, schedule=replace(trajectory.schedule, message=message)), last
+
+
+def _split_as_needed(
+    problem: TrajectoryProblem,
+    grid: FlightGrid,
+    crossings: Crossings | None,
+    takeoff_mass: float,
+    initial: Schedule | Trajectory | None,
+    settings: ScheduleSettings,
+    limits: LimitBounds,
+) -> tuple[Trajectory, TrajectoryProblem]:
+    """See :func:`refined`; the rotor keeps to the bounds of ``crossings``."""
+    largest = [limits.get(name, 1.0) for name in grid.model.limit_names]
+    allowed = np.array([[float(usage) - 1.0] for usage in largest if not isinstance(usage, tuple)])
     rounds: list[Trajectory] = []
     fuel: list[float] = []
     build_s = problem.build_s
@@ -92,6 +120,7 @@ def refined(
         if not last.success or len(rounds) == MAX_ROUNDS:
             break
         flight = grid.fly(last.schedule, takeoff_mass=takeoff_mass)
+        flight = replace(flight, limits=flight.limits - allowed)  # as what counts as broken here
         fuel.append(flight.fuel)
         split = dict(zip(*broken_intervals(problem.mesh, flight), strict=True))
         if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
