@@ -49,6 +49,16 @@ def test_a_small_advantage_is_not_claimed(comparison):
     assert not opposed.established
 
 
+def test_an_advantage_between_other_ends_is_not_claimed(comparison):
+    results = with_fuel(comparison, surrogate=0.99, physics=0.9901)
+    own = results["trajectory"]
+    slower = own.schedule.rotor_speed.copy()
+    slower[-1] *= 0.9
+    ends = replace(own, schedule=replace(own.schedule, rotor_speed=slower))
+    found = advantage(results | {"trajectory": ends})
+    assert not found.established and str(found).endswith("end with another rotor speed or twist: not established")
+
+
 def test_the_advantage_is_a_remark_and_in_the_summary(comparison):
     summary = comparison.summary()["advantage"]
     assert summary["words"] == str(advantage(comparison.results))
