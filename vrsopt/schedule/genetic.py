@@ -34,7 +34,7 @@ class GeneticOptions:
 
     seed: int = 1
     tolerance: float = 1e-15
-    period: int = 8
+    period: int = 15
     spread: float = 1e-4
     most_generations: int = 400
 
