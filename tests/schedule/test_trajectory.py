@@ -41,24 +41,6 @@ def test_derivatives_of_the_nlp_are_those_of_automatic_differentiation(transport
     np.testing.assert_allclose(np.array(nlp.hessian(x, p, 0.7, lam_g)), np.array(hessian), atol=1e-9)
 
 
-def test_hermite_simpson_is_of_fourth_order(make_profile, make_model):
-    """Fuel flow proportional to mass: the mass decays exponentially."""
-    rate, duration = 6e-5, 9000.0
-    profile = make_profile({"task": "cruise", "duration": duration, "speed": 40.0})
-    exact = 2450.0 * (1 - np.exp(-rate * duration))
-    error = []
-    for intervals in (2, 4, 8):
-        step = duration / intervals
-        mesh = MeshOptions(first_step=step, largest_step=step)
-        solution = TrajectoryProblem(profile, make_model(constant_fuel=rate, blade_loading_limit=1.0), mesh=mesh).solve(
-            2450.0
-        )
-        assert solution.success and len(solution.mesh) == intervals
-        error.append(abs(solution.fuel - exact))
-    order = np.log2(np.array(error[:-1]) / np.array(error[1:]))
-    assert np.all(order > 3.7) and np.all(order < 4.4)
-
-
 @pytest.mark.parametrize("limit", [0.2, 0.1])
 def test_without_rates_and_inertia_it_is_the_pointwise_optimum(transport, make_model, limit):
     model = make_model(inertia=0.0, blade_loading_limit=limit)
@@ -69,7 +51,7 @@ def test_without_rates_and_inertia_it_is_the_pointwise_optimum(transport, make_m
     solution = TrajectoryProblem(transport, model, settings=replace(FREE_RATES, ends="free")).solve(2150.0)
     flight = grid.fly(solution.schedule, takeoff_mass=2150.0)
     assert solution.success and flight.success, flight.message
-    assert flight.fuel == pytest.approx(pointwise.fuel, rel=5e-4)
+    assert flight.fuel == pytest.approx(pointwise.fuel, rel=2e-4)
     assert flight.max_rotor_speed_rate == np.inf
 
 
