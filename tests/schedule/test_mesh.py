@@ -134,7 +134,7 @@ def test_a_limit_broken_between_nodes_splits_the_mesh(turns, make_model):
     flight = grid.fly(
         TrajectoryProblem(turns, model, settings=quick, mesh=coarse).solve(1900.0).schedule, takeoff_mass=1900.0
     )
-    intervals, times = broken_intervals(coarse, flight)
+    intervals, times = broken_intervals(coarse, flight, flight.limits)
     assert not flight.success and len(intervals) > 0
     assert np.all((times > coarse.start[intervals]) & (times < coarse.end[intervals]))
     solution = refined_trajectory(grid, model, takeoff_mass=1900.0, settings=quick, mesh=coarse)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.bounds import Corridor, LimitBounds
 from vrsopt.schedule.carry_over import carried_over
 from vrsopt.schedule.crossings import Crossings
+from vrsopt.schedule.layout import FUEL_SCALE
 from vrsopt.schedule.mesh import Mesh, MeshOptions
+from vrsopt.schedule.own_rows import OwnRows, PlannedModel, asked_usages, flown_excess
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.refly import Flight, FlightGrid
 from vrsopt.schedule.resolution import resolution_loss
@@ -22,6 +24,10 @@ from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
 from vrsopt.schedule.speed_plan import speed_plan
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
 from vrsopt.schedule.transcription import Transcription
+from vrsopt.solvers.status import Status
+
+if TYPE_CHECKING:
+    from vrsopt.mission.profile import Conditions
 
 logger = logging.getLogger(__name__)
 
@@ -71,31 +77,66 @@ def refined(
 
     Two things split intervals, and have the problem solved again from its solution, at most MAX_ROUNDS times. The
     problem knows the limits at the stages of its intervals only: where a flight of its solution breaks one in between,
-    by more than may pass for active, the interval is split. So are those that are too coarse for the quadrature or
-    for a schedule that bends, unless the fuel of the flight has changed by less than CHANGE since the last mesh. Which
-    side of forbidden bands the rotor is on, and when it crosses them, is planned first, for least fuel within the
-    limits of the aircraft (:mod:`vrsopt.schedule.speed_plan`); if that fails for constraints of one's own, it does not
-    cross them. Other arguments as of :meth:`TrajectoryProblem.solve`.
+    or a constraint of one's own, by more than may pass for active, the interval is split. So are those that are too
+    coarse for the quadrature or for a schedule that bends, unless the fuel of the flight has changed by less than
+    CHANGE since the last mesh. Which side of forbidden bands the rotor is on, and when it crosses them, is planned
+    first (:mod:`vrsopt.schedule.speed_plan`). The plan knows nothing of integrals, accelerations and the rate of the
+    twist; if that fails for them, the rotor stays on one side. Other arguments as of :meth:`TrajectoryProblem.solve`.
     """
     settings, limits = settings or problem.settings, limits or {}
     problem.bounds(takeoff_mass, settings=settings, limits=limits)  # complains of what can not be
     if not settings.forbidden_bands:
         return _split_as_needed(problem, grid, None, takeoff_mass, initial, settings, limits)
-    staying = replace(
-        settings, forbidden_bands=tuple(replace(band, crossing_time=0.0) for band in settings.forbidden_bands)
+    plan = speed_plan(
+        grid,
+        _planned_models(problem, takeoff_mass, limits),
+        takeoff_mass=takeoff_mass,
+        settings=settings,
+        usages=asked_usages(grid.model, limits),
     )
-    usages = {name: float(value) for name, value in limits.items() if not isinstance(value, tuple)}
     tried = []
-    for one in (settings, staying):
-        plan = speed_plan(grid, problem.make_path_model, takeoff_mass=takeoff_mass, settings=one, usages=usages)
-        start = initial if initial is not None and one is settings else plan.schedule
-        on_it = problem.on(plan.crossings.split(problem.mesh))
-        tried.append(_split_as_needed(on_it, grid, plan.crossings, takeoff_mass, start, settings, limits))
+    for crossings in dict.fromkeys((plan.crossings, *_one_side(plan.crossings, settings, grid))):
+        start = initial or plan.schedule if crossings is plan.crossings else initial
+        on_it = problem.on(crossings.split(problem.mesh))
+        tried.append(_split_as_needed(on_it, grid, crossings, takeoff_mass, start, settings, limits))
         if tried[-1][0].success:
             return tried[-1]
-    trajectory, last = tried[0]
-    message = f"with the forbidden bands crossed as least fuel would have it, or not at all: {trajectory.message}"
-    return replace(trajectory, message=message, schedule=replace(trajectory.schedule, message=message)), last
+    planned, last = tried[0]
+    return planned if len(plan.crossings.regions) == 1 else _only_tried(planned), last
+
+
+def _one_side(planned: Crossings, settings: ScheduleSettings, grid: FlightGrid) -> list[Crossings]:
+    """Courses that stay in one region throughout: the one about the nominal rotor speed where the rotor is held at it,
+    and can not jump."""
+    nominal, held = settings.nominal_rotor_speed, settings.ends == "pinned" or bool(np.any(grid.conditions.idle))
+    bound = held and settings.rotor_speed_rate is not None
+    regions = [k for k, (low, high) in enumerate(planned.regions) if not bound or low <= nominal <= high]
+    return [Crossings(planned.regions, k, ()) for k in regions]
+
+
+def _planned_models(problem: TrajectoryProblem, takeoff_mass: float, limits: LimitBounds) -> PathModelFactory:
+    """What a plan of the rotor speed goes by: the aircraft, with the constraints and the cost of one's own."""
+    additions = problem.additions
+    if not additions.constraints and additions.cost is None:
+        return problem.make_path_model
+    factor = float(problem.start(None, takeoff_mass)[1][1])
+
+    def make(conditions: Conditions) -> Any:
+        model = problem.make_path_model(conditions)
+        own = OwnRows(problem.profile, model, conditions, additions, limits)
+        return PlannedModel(model, own, FUEL_SCALE * factor)
+
+    return make
+
+
+def _only_tried(trajectory: Trajectory) -> Trajectory:
+    """Without a solution where the rotor crosses forbidden bands as planned: that there is none is not shown."""
+    verdict: dict[str, Any] = {
+        "status": Status.NO_PROGRESS if trajectory.status is Status.INFEASIBLE else trajectory.status,
+        "message": "nothing found where the forbidden bands are crossed as planned, nor on one side of them; other "
+        f"crossings were not tried; as planned: {trajectory.message.removeprefix('infeasible; ')}",
+    }
+    return replace(trajectory, schedule=replace(trajectory.schedule, **verdict), **verdict)
 
 
 def _split_as_needed(
@@ -108,8 +149,6 @@ def _split_as_needed(
     limits: LimitBounds,
 ) -> tuple[Trajectory, TrajectoryProblem]:
     """See :func:`refined`; the rotor keeps to the bounds of ``crossings``."""
-    largest = [limits.get(name, 1.0) for name in grid.model.limit_names]
-    allowed = np.array([[float(usage) - 1.0] for usage in largest if not isinstance(usage, tuple)])
     rounds: list[Trajectory] = []
     fuel: list[float] = []
     build_s = problem.build_s
@@ -120,9 +159,9 @@ def _split_as_needed(
         if not last.success or len(rounds) == MAX_ROUNDS:
             break
         flight = grid.fly(last.schedule, takeoff_mass=takeoff_mass)
-        flight = replace(flight, limits=flight.limits - allowed)  # as what counts as broken here
         fuel.append(flight.fuel)
-        split = dict(zip(*broken_intervals(problem.mesh, flight), strict=True))
+        _, excess = flown_excess(grid, flight, problem.additions, limits)
+        split = dict(zip(*broken_intervals(problem.mesh, flight, excess), strict=True))
         if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
             middle = problem.mesh.start + 0.5 * problem.mesh.step
             split = {interval: middle[interval] for interval in coarse_intervals(problem, last)} | split
@@ -157,9 +196,10 @@ def _largest(loss: np.ndarray, allowed: float) -> list[int]:
     return order[:enough].tolist() if loss.sum() > allowed else []
 
 
-def broken_intervals(mesh: Mesh, flight: Flight) -> tuple[np.ndarray, np.ndarray]:
-    """Intervals (n,) inside which ``flight`` breaks a limit, and the times (n,) [s] to split them at."""
-    excess = np.max(flight.limits, axis=0)
+def broken_intervals(mesh: Mesh, flight: Flight, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Intervals (n,) inside which ``flight`` breaks one of ``limits`` (m, N), and the times (n,) [s] to split them
+    at."""
+    excess = np.max(limits, axis=0)
     found: dict[int, int] = {}  # the worst node inside each interval
     for node in np.flatnonzero(excess > CHECKED_LIMIT).tolist():
         inside = (mesh.segment == flight.segment[node]) & (mesh.start < flight.time[node])

@@ -1,0 +1,90 @@
+"""Constraints and costs of one's own, and changed limits, where the whole-mission problem does not look by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vrsopt.schedule.additions import Additions, Constraint, quantities
+from vrsopt.schedule.bands import ForbiddenBand
+from vrsopt.schedule.mesh import Mesh
+from vrsopt.schedule.nominal import constant_schedule
+from vrsopt.schedule.own_rows import flown_excess
+from vrsopt.schedule.refinement import broken_intervals, refined
+from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.schedule import ScheduleSettings
+from vrsopt.schedule.trajectory import TrajectoryProblem
+from vrsopt.solvers.status import Status
+
+MASS, NOMINAL = 2000.0, 44.4
+FREE = ScheduleSettings(ends="free")
+
+
+@pytest.fixture(scope="module")
+def trip(make_profile):
+    return make_profile(
+        {"task": "transit", "kind": "cruise", "duration": 120.0, "speed": 55.0},
+        {"task": "loiter", "duration": 120.0, "speed": 30.0},
+    )
+
+
+def test_excess_of_a_flight_over_changed_limits_and_own_constraints(trip, make_model):
+    q, grid = quantities(), FlightGrid(trip, make_model())
+    flight = grid.fly(constant_schedule(trip, rotor_speed=43.0, twist=0.14), takeoff_mass=MASS)
+    own = (
+        Constraint("tip speed", 4.912 * q["rotor_speed"], lower=200.0, upper=220.0, unit="m/s", tasks=("loiter",)),
+        Constraint("late nox", q["nox"] * q["time"], upper=1.0),
+        Constraint("torque of the rotor", q["torque"], upper=1.0),  # not known between nodes
+        Constraint("two", 2.0, lower=1.0),
+    )
+    names, excess = flown_excess(grid, flight, Additions(own), {"engine power": 0.9, "late nox": (None, 1e-9)})
+    assert names == ("blade loading", "engine power", "torque", "tip speed", "late nox", "two")
+    np.testing.assert_allclose(excess[:3] - flight.limits, [[0.0], [0.1], [0.0]] * np.ones(len(grid.time)), atol=1e-12)
+    late = flight.segment == 1
+    np.testing.assert_allclose(excess[3], np.where(late, (4.912 * 43.0 - 220.0) / 220.0, -1.0))
+    assert np.all(excess[4, 1:] > 0.0) and np.all(excess[5] == -1.0)
+
+
+def test_what_is_allowed_splits_no_interval_and_what_is_not_does(trip, make_model):
+    mesh = Mesh(np.arange(2), np.array([0.0, 120.0]), np.full(2, 120.0))
+    grid = FlightGrid(trip, make_model(blade_loading_limit=0.07))
+    flight = grid.fly(constant_schedule(trip, rotor_speed=41.0, twist=0.14), takeoff_mass=2400.0)
+    slow = Additions((Constraint("fast", quantities()["rotor_speed"], lower=41.5, tasks=("loiter",)),))
+    usage = {"blade loading": 1.0 + float(np.max(flight.limits)) + 1e-6}
+    assert not flight.success
+    for additions, limits, broken in ((Additions(), None, [0, 1]), (Additions(), usage, []), (slow, usage, [1])):
+        found, _ = broken_intervals(mesh, flight, flown_excess(grid, flight, additions, limits)[1])
+        assert found.tolist() == broken
+
+
+@pytest.mark.parametrize(
+    "additions",
+    [
+        Additions((Constraint("fast", quantities()["rotor_speed"], lower=0.97 * NOMINAL, tasks=("loiter",)),)),
+        Additions(cost=(quantities()["rotor_speed"] - 1.02 * NOMINAL) ** 2),
+        Additions(integrals=(Constraint("mean", quantities()["rotor_speed"] / 240.0, lower=0.97 * NOMINAL),)),
+    ],
+)
+def test_side_of_a_forbidden_band_is_that_of_the_whole_problem(trip, make_model, additions):
+    """Least fuel alone is below the band; constraints, cost and integrals ask for more than is there."""
+    band = ForbiddenBand(0.88 * NOMINAL, 0.96 * NOMINAL, 0.0)
+    settings, model = replace(FREE, forbidden_bands=(band,)), make_model(blade_loading_limit=0.2)
+    grid = FlightGrid(trip, model, settings=settings)
+    fuel = refined(TrajectoryProblem(trip, model, settings=settings), grid, takeoff_mass=MASS)[0]
+    assert fuel.success and np.max(fuel.schedule.rotor_speed) <= band.lower + 1e-6
+    problem = TrajectoryProblem(trip, model, settings=settings, additions=additions)
+    found = refined(problem, grid, takeoff_mass=MASS)[0]
+    assert found.success and np.min(found.schedule.rotor_speed) >= band.upper - 1e-6
+
+
+def test_without_a_solution_as_planned_nothing_is_called_infeasible(trip, make_model):
+    settings = replace(FREE, forbidden_bands=(ForbiddenBand(0.88 * NOMINAL, 0.96 * NOMINAL, 12.0),))
+    grid = FlightGrid(trip, make_model(), settings=settings)
+    much = Additions(integrals=(Constraint("mean", quantities()["rotor_speed"] / 240.0, lower=60.0, unit="rad/s"),))
+    problem = TrajectoryProblem(trip, make_model(), settings=settings, additions=much)
+    found = refined(problem, grid, takeoff_mass=MASS)[0]
+    assert not found.success and found.status is found.schedule.status is not Status.INFEASIBLE
+    assert found.message.startswith("nothing found where the forbidden bands are crossed as planned, nor on one")
+    assert "as planned: it would take mean" in found.message
