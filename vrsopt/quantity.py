@@ -8,9 +8,11 @@ must say the same unit, so that a number can not be read in another one. In Pyth
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -144,6 +146,11 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: can not be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # besides syntax: an integer or a nesting beyond all bounds
         raise InputError(f"{path}: not a TOML file: {error}") from None
+
+
+def is_number(value: object) -> bool:
+    """Whether ``value`` is a finite number, which a truth value is not."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def check_increasing(name: str, values: Sequence[float]) -> None:

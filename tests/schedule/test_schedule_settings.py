@@ -43,7 +43,15 @@ def test_what_a_mission_does_not_state_changes_nothing():
     ("stated", "message"),
     [
         ({"rotor_speed_rate": -0.1}, "rotor_speed_rate = -0.1: must not be negative"),
-        ({"twist_rate": math.nan}, "twist_rate = nan: must not be negative"),
+        ({"twist_rate": math.nan}, "twist_rate = nan: must be a number, or None if unlimited"),
+        ({"rotor_speed_rate": "a"}, "rotor_speed_rate = 'a': must be a number, or None"),
+        ({"rotor_speed_rate": True}, "rotor_speed_rate = True: must be a number, or None"),
+        ({"rotor_speed_acceleration": math.inf}, "rotor_speed_acceleration = inf: must be a number, or None"),
+        ({"nominal_rotor_speed": None}, "nominal_rotor_speed = None: must be a number"),
+        ({"rotor_speed_bounds": 5}, "rotor_speed_bounds = 5: must be (lower, upper), two numbers"),
+        ({"twist_bounds": (0.1,)}, "twist_bounds = (0.1,): must be (lower, upper), two numbers"),
+        ({"spin_down_credit": "no"}, "spin_down_credit = 'no': must be True or False"),
+        ({"forbidden_bands": ((30.0, 35.0, 5.0),)}, "must be a tuple of ForbiddenBand"),
         ({"rotor_speed_acceleration": 0.0}, "rotor_speed_acceleration = 0: must be above 0"),
         ({"twist_acceleration": -1.0}, "twist_acceleration = -1: must be above 0"),
         ({"ends": "loose"}, "ends = 'loose': one of pinned, free, periodic"),
@@ -54,3 +62,8 @@ def test_settings_that_can_not_be(stated, message):
     with pytest.raises(InputError) as error:
         ScheduleSettings(**stated)
     assert message in str(error.value)
+
+
+def test_a_band_is_of_numbers():
+    with pytest.raises(InputError, match="forbidden band: crossing_time = None: must be a number"):
+        ForbiddenBand(30.0, 35.0, None)

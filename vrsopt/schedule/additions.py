@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -14,6 +12,7 @@ import numpy as np
 
 from vrsopt.errors import InputError
 from vrsopt.limits import LIMIT_NAMES
+from vrsopt.quantity import is_number
 from vrsopt.schedule.path_model import PathModel
 from vrsopt.schedule.path_quantities import QUANTITY_NAMES
 
@@ -55,11 +54,6 @@ def quantities() -> Quantities:
     ``blade_loading`` and the emissions ``nox``, ``co``, ``co2`` [kg/s].
     """
     return Quantities()
-
-
-def is_number(value: object) -> bool:
-    """Whether ``value`` is a finite number, which a truth value is not."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
 @dataclass(frozen=True)

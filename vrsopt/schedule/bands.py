@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from vrsopt.errors import InputError
+from vrsopt.quantity import is_number
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,12 @@ class ForbiddenBand:
     crossing_time: float
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.lower < self.upper < float("inf"):
+        for name in ("lower", "upper", "crossing_time"):
+            if not is_number(getattr(self, name)):
+                raise InputError(f"forbidden band: {name} = {getattr(self, name)!r}: must be a number")
+        if not 0.0 <= self.lower < self.upper:
             raise InputError(f"forbidden band: {self}: lower must be below upper")
-        if not 0.0 <= self.crossing_time < float("inf"):
+        if not 0.0 <= self.crossing_time:
             raise InputError(f"forbidden band: crossing_time = {self.crossing_time!r} s: must not be negative")
 
     def __str__(self) -> str:

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from vrsopt.errors import InputError
-from vrsopt.schedule.additions import Additions, is_number
+from vrsopt.quantity import is_number
+from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.labels import Labels
 from vrsopt.schedule.layout import FUEL_SCALE
 from vrsopt.schedule.rows import Discretisation

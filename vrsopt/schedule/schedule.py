@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.quantity import is_number
 from vrsopt.schedule.bands import ForbiddenBand, check_bands
 from vrsopt.solvers.status import Status
 
@@ -44,6 +45,7 @@ class ScheduleSettings:
     ends: Ends = "pinned"
 
     def __post_init__(self) -> None:
+        self._check_kinds()
         for name, nominal, (low, high) in (
             ("rotor_speed_bounds", self.nominal_rotor_speed, self.rotor_speed_bounds),
             ("twist_bounds", self.nominal_twist, self.twist_bounds),
@@ -64,6 +66,27 @@ class ScheduleSettings:
             raise InputError(f"schedule settings: ends = {self.ends!r}: one of {', '.join(get_args(Ends))}")
         held = self.nominal_rotor_speed if self.ends == "pinned" else None
         check_bands(self.forbidden_bands, bounds=self.rotor_speed_bounds, rate=self.rotor_speed_rate, held=held)
+
+    def _check_kinds(self) -> None:
+        """Raises :class:`InputError` for a value that is not of the kind of its field."""
+        allowed: dict[str, str] = {}
+        for name in ("nominal_rotor_speed", "nominal_twist"):
+            if not is_number(getattr(self, name)):
+                allowed[name] = "must be a number"
+        for name in ("rotor_speed_bounds", "twist_bounds"):
+            pair = getattr(self, name)
+            if not (isinstance(pair, tuple | list) and len(pair) == 2 and all(map(is_number, pair))):
+                allowed[name] = "must be (lower, upper), two numbers"
+        for name in ("rotor_speed_rate", "twist_rate", "rotor_speed_acceleration", "twist_acceleration"):
+            if getattr(self, name) is not None and not is_number(getattr(self, name)):
+                allowed[name] = "must be a number, or None if unlimited"
+        if not isinstance(self.spin_down_credit, bool):
+            allowed["spin_down_credit"] = "must be True or False"
+        bands = self.forbidden_bands
+        if not (isinstance(bands, tuple) and all(isinstance(band, ForbiddenBand) for band in bands)):
+            allowed["forbidden_bands"] = "must be a tuple of ForbiddenBand"
+        for name, text in allowed.items():
+            raise InputError(f"schedule settings: {name} = {getattr(self, name)!r}: {text}")
 
     def restricted(self, variables: Variables) -> ScheduleSettings:
         """The same settings with only ``variables`` free; the other one is held at its nominal value."""
