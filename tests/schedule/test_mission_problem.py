@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import re
 import shutil
 from pathlib import Path
@@ -207,3 +208,28 @@ def test_own_constraint_decides_on_the_side_of_a_forbidden_band():
     fast = problem.solve(forbidden_bands=bands)
     assert fast.success and problem.fly(fast, forbidden_bands=bands).success
     assert fast.schedule.rotor_speed.min() >= 0.93 * nominal * (1 - 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stated", "complaint"),
+    [
+        ({"mass": math.nan}, "mass = nan: a number above 0, kg"),
+        ({"mass": "a"}, "mass = 'a': a number above 0, kg"),
+        ({"settings": 5}, "settings = 5: must be of ScheduleSettings"),
+        ({"mesh": 5}, "mesh = 5: must be of MeshOptions, Mesh"),
+        ({"surrogate": 5}, "surrogate = 5: must be of Surrogate, Path, str"),
+        ({"ipopt": 5}, "ipopt = 5: must be of Mapping"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused(stated, complaint):
+    with pytest.raises(InputError, match=re.escape(complaint)):
+        vrsopt.MissionProblem(HOP, **stated)
+    with pytest.raises(InputError, match="mission = None: must be of Mission"):
+        vrsopt.MissionProblem(None)
+
+
+def test_a_flight_within_changed_limits_passes(problem, solved):
+    """The blade loading is on its limit: a tighter one is broken, one within reach is flown as it was asked."""
+    assert "blade loading" in problem.fly(solved, limits={"blade loading": 0.9}).message
+    with pytest.raises(InputError, match="limits = power: must be of"):
+        problem.fly(solved, limits={"power": 0.9})

@@ -11,7 +11,7 @@ from vrsopt.schedule.additions import Additions, Constraint, quantities
 from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.mesh import Mesh
 from vrsopt.schedule.nominal import constant_schedule
-from vrsopt.schedule.own_rows import flown_excess
+from vrsopt.schedule.own_rows import flown_excess, judged
 from vrsopt.schedule.refinement import broken_intervals, refined
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import ScheduleSettings
@@ -45,6 +45,18 @@ def test_excess_of_a_flight_over_changed_limits_and_own_constraints(trip, make_m
     late = flight.segment == 1
     np.testing.assert_allclose(excess[3], np.where(late, (4.912 * 43.0 - 220.0) / 220.0, -1.0))
     assert np.all(excess[4, 1:] > 0.0) and np.all(excess[5] == -1.0)
+
+
+def test_a_flight_is_judged_by_what_is_asked(trip, make_model):
+    grid = FlightGrid(trip, make_model(blade_loading_limit=0.07))
+    flight = grid.fly(constant_schedule(trip, rotor_speed=41.0, twist=0.14), takeoff_mass=2400.0)
+    over = float(np.max(flight.limits))
+    assert judged(grid, flight, Additions(), None) is flight and not flight.success
+    eased = judged(grid, flight, Additions(), {"blade loading": 1.0 + over})
+    assert eased.success and eased.message == "" and eased.time_on_limits["blade loading"] > 0.0
+    own = Additions((Constraint("fast", quantities()["rotor_speed"], lower=41.5, tasks=("loiter",)),))
+    slow = judged(grid, flight, own, {"blade loading": 1.0 + over})
+    assert not slow.success and slow.message.startswith("fast 1.20 % over its limit at 120 s (loiter)")
 
 
 def test_what_is_allowed_splits_no_interval_and_what_is_not_does(trip, make_model):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import casadi as ca
@@ -17,10 +16,12 @@ from vrsopt.mission.file import Mission
 from vrsopt.mission.profile import Profile
 from vrsopt.mission.track import FlownMission
 from vrsopt.mission.track_file import SUFFIXES
+from vrsopt.quantity import is_number
 from vrsopt.schedule.additions import Additions, Constraint, Quantities, quantities
 from vrsopt.schedule.labels import Labels
 from vrsopt.schedule.mesh import Mesh, MeshOptions
 from vrsopt.schedule.mission_setup import MissionSetup
+from vrsopt.schedule.own_rows import judged
 from vrsopt.schedule.refinement import refined
 from vrsopt.schedule.refly import Flight, FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings, Variables
@@ -84,12 +85,22 @@ class MissionProblem:
 
         Raises :class:`InputError` for unusable input and :class:`NoSolutionError` where the mission can not be flown.
         """
+        if mass is not None and not (is_number(mass) and mass > 0.0):
+            raise InputError(f"mission problem: mass = {mass!r}: a number above 0, kg")
+        for name, given, kinds in (
+            ("mission", mission, (Mission, FlownMission, Path, str)),
+            ("surrogate", surrogate, (Surrogate, Path, str, NoneType)),
+            ("settings", settings, (ScheduleSettings, NoneType)),
+            ("mesh", mesh, (MeshOptions, Mesh, NoneType)),
+            ("ipopt", ipopt, (Mapping, NoneType)),
+        ):
+            if not isinstance(given, kinds):
+                allowed = ", ".join(kind.__name__ for kind in kinds if kind is not NoneType)
+                raise InputError(f"mission problem: {name} = {given!r}: must be of {allowed}")
         if isinstance(mission, Path | str):
             of_track = Path(mission).suffix.lower() in SUFFIXES
             mission = read(mission, mass=mass if of_track else None)
         self.setup = MissionSetup(mission, surrogate)
-        if mass is not None and not (isinstance(mass, Real) and 0.0 < mass < math.inf):
-            raise InputError(f"mission problem: mass = {mass!r}: a number above 0, kg")
         self.takeoff_mass = self.setup.loading.takeoff_mass if mass is None else float(mass)
         self.settings = (settings or self.setup.settings).restricted(variables)
         self._transcription: Transcription = transcription
@@ -235,10 +246,18 @@ class MissionProblem:
         )
         return trajectory
 
-    def fly(self, schedule: Schedule | Trajectory, **changes: Any) -> Flight:
-        """Fly a schedule on the surrogate, on the fine grid; ``changes`` as of :meth:`solve`."""
-        grid = self._grid(self._changed(changes))
-        return grid.fly(_schedule(schedule), takeoff_mass=self.takeoff_mass)
+    def fly(
+        self, schedule: Schedule | Trajectory, *, limits: Mapping[str, Any] | None = None, **changes: Any
+    ) -> Flight:
+        """Fly a schedule on the surrogate, on the fine grid; ``limits`` and ``changes`` as of :meth:`solve`.
+
+        Constraints of one's own are judged as well, those of the torque, the turbine temperature, the rotor's power and
+        the blade loading excepted. Its ``limits`` are those of the aircraft, over what is asked.
+        """
+        grid, additions = self._grid(self._changed(changes)), Additions(tuple(self._constraints))
+        if limits:
+            self.problem.bounds(self.takeoff_mass, limits=limits)  # complains of what can not be
+        return judged(grid, grid.fly(_schedule(schedule), takeoff_mass=self.takeoff_mass), additions, limits)
 
     def verify(self, schedule: Schedule | Trajectory) -> PhysicsFlight:
         """Fly a schedule on the full physics: trim, engine and combustor at every node, no surrogate."""

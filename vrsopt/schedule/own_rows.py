@@ -19,6 +19,7 @@ from vrsopt.schedule.bounds import LimitBounds
 from vrsopt.schedule.path_model import PathModel, PathValues
 from vrsopt.schedule.path_quantities import EMITTED, QUANTITY_NAMES
 from vrsopt.schedule.refly import Flight, FlightGrid
+from vrsopt.schedule.violation import Stay
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Conditions, Profile
@@ -120,3 +121,18 @@ def flown_excess(
     values = grid.evaluate(flight.mass, flight.rotor_speed, flight.twist)
     states = flight.mass[:, None], flight.rotor_speed[:, None], flight.twist[:, None], charged
     return (*names, *own.names), np.concatenate([excess, own.evaluate(states, values)[0].max(axis=-1)])
+
+
+def judged(grid: FlightGrid, flight: Flight, additions: Additions, limits: LimitBounds | None) -> Flight:
+    """A flight of ``grid`` judged by what ``limits`` leave or replace, and by the constraints of one's own."""
+    if not limits and not additions.constraints:
+        return flight
+    names, excess = flown_excess(grid, flight, additions, limits)
+    stays = (violation for violation in flight.violations if isinstance(violation, Stay))
+    violations = (*grid.worst(excess, names=names), *stays)
+    of_aircraft = excess[: len(grid.model.limit_names)]
+    found = replace(flight, limits=of_aircraft, violations=violations, time_on_limits=grid.time_on_limits(of_aircraft))
+    if not flight.success and flight.message != "; ".join(map(str, flight.violations)):
+        return found  # it can not be believed anyway, or its schedule is none
+    message = "; ".join(map(str, violations))
+    return replace(found, success=not message and flight.schedule.success, message=message or flight.schedule.message)

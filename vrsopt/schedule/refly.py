@@ -9,7 +9,7 @@ segment has an even number of steps, so that every second node is a uniform grid
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -146,10 +146,12 @@ class FlightGrid:
         """Mass (N,) [kg] after ``burned`` fuel and all mass changes up to and including the segment's own."""
         return takeoff_mass - burned + np.cumsum(self.profile.mass_changes)[self.segment]
 
-    def worst(self, limits: np.ndarray, *, above: float = ON_LIMIT) -> tuple[Violation, ...]:
+    def worst(
+        self, limits: np.ndarray, *, above: float = ON_LIMIT, names: Sequence[str] | None = None
+    ) -> tuple[Violation, ...]:
         """The worst breach of every limit (m, N) that is broken by more than ``above``, largest first."""
         found = []
-        for name, row in zip(self.model.limit_names, limits, strict=True):
+        for name, row in zip(names or self.model.limit_names, limits, strict=True):
             node = int(np.argmax(row))
             if row[node] > above:
                 task = self.profile.segments[self.segment[node]].task
@@ -215,7 +217,7 @@ class FlightGrid:
             max_rotor_speed_rate=self._max_rate(rotor_speed),
             max_twist_rate=self._max_rate(twist),
             max_rotor_speed_acceleration=schedule.rotor_speed_acceleration,
-            time_on_limits=self._time_on_limits(limits),
+            time_on_limits=self.time_on_limits(limits),
             violations=violations,
             sweeps=last.count,
             success=not problem and schedule.success,
@@ -274,7 +276,8 @@ class FlightGrid:
             rotor_speed=rotor_speed,
         )
 
-    def _time_on_limits(self, limits: np.ndarray) -> dict[str, float]:
+    def time_on_limits(self, limits: np.ndarray) -> dict[str, float]:
+        """Share of the mission time with each limit (m, N) active."""
         step = self.rates(self.time)[1]
         weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
         share = (np.abs(limits) <= ON_LIMIT) @ weight / np.sum(weight)
