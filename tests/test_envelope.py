@@ -90,11 +90,14 @@ def test_command_writes_maps_and_one_object(capsys, tmp_path):
     ("words", "message"),
     [
         (("--variables", "all"), "envelope: variables = 'all': one of both, speed, twist"),
-        (("--points", "3"), "envelope: points = 3: from 12 to 10000000"),
+        (("--points", "3"), "envelope: points = 3: from 4 at each of 3 masses to 10000000"),
         (("--masses", "2000;1600"), "envelope: masses = '2000;1600': numbers with commas between them"),
-        (("--masses", "2000,1600"), "envelope: masses = [2000.0, 1600.0]: one or more, ascending"),
+        (("--masses", "2000,1600"), "envelope: mass = [2000.0, 1600.0]: ascending, from 500 to 5000"),
         (("--rotor-speed-percent", "80"), "envelope: rotor_speed_percent = '80': 2 numbers with a comma"),
-        (("--rotor-speed-percent", "102,110"), "rotor_speed_bounds = (45.288, 48.84): must contain the nominal 44.4"),
+        (("--rotor-speed-percent", "102,110"), "'102,110': the least and the largest, with 100 between them"),
+        (("--masses", "2000,nan"), "envelope: mass = [2000.0, nan]: ascending"),
+        (("--workers", "0"), "envelope: workers = 0: at least 1"),
+        (("--isa-offset", "500"), "envelope: isa_offset = 500: from -50 to 50"),
         (("--manoeuvre-margin", "0.9"), "envelope: manoeuvre_margin = 0.9: a number from 1 to 2"),
     ],
 )

@@ -42,6 +42,9 @@ def envelope(
     if variables not in ("both", "speed", "twist"):
         raise InputError(f"envelope: variables = {variables!r}: one of both, speed, twist")
     low, high = _numbers("rotor_speed_percent", rotor_speed_percent, 2)
+    if not low <= 100.0 <= high:
+        allowed = "the least and the largest, with 100 between them"
+        raise InputError(f"envelope: rotor_speed_percent = {rotor_speed_percent!r}: {allowed}")
     check_folder(out)
     from vrsopt.aircraft import load_aircraft
     from vrsopt.envelope_map import envelope as mapped

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from rich.progress import track
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
-from vrsopt.helicopter import Helicopter, helicopter
+from vrsopt.helicopter import ALLOWED, Helicopter, helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits, Setting
 from vrsopt.mission.conditions import Conditions
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
@@ -22,6 +23,7 @@ from vrsopt.schedule.schedule import ON_LIMIT, ScheduleSettings, Variables
 from vrsopt.schedule.study_input import loaded
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.solvers.status import Status
+from vrsopt.surrogate.sampling import WORKERS, check_counts
 from vrsopt.surrogate.store import Surrogate
 
 if TYPE_CHECKING:
@@ -121,10 +123,10 @@ def envelope(
 ) -> Envelope:
     """Rotor speed and twist of least fuel flow in level flight at ``points`` or a few more operating points.
 
-    The points are spread evenly over ``masses`` [kg], ``speeds`` [m/s] and pressure ``altitudes`` [m]. ``variables``:
+    ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. The points are spread evenly over ``masses`` [kg], ``speeds`` [m/s] and pressure ``altitudes`` [m]. ``variables``:
     what is free, "both", "speed" or "twist". ``rotor_speed_bounds`` [rad/s] default to 75 to 115 % of nominal;
     ``manoeuvre_margin`` to the aircraft's; ``limits`` "manual" or "study"; ``isa_offset`` [K]. The result does not
-    depend on ``workers``, the number of processes.
+    depend on ``workers``, the number of processes; ``progress`` shows how far it is.
 
     Its ``dataset`` has the dimensions (mass, altitude, speed) and the maps of VARIABLES, nan where no rotor speed and
     twist keep the limits; ``feasible``, ``nominal_feasible`` (1 or 0); ``active``, of bits: what the optimum rests on;
@@ -134,7 +136,8 @@ def envelope(
     """
     machine = helicopter(aircraft)
     settings = _settings(machine, rotor_speed_bounds).restricted(variables)
-    _check(points, masses, speeds, altitudes)
+    _check(points, {"mass": masses, "speed": speeds, "altitude": altitudes}, isa_offset)
+    check_counts("envelope", workers=(workers, *WORKERS))
     margin = machine.aircraft.blade_loading_limit.manoeuvre_margin if manoeuvre_margin is None else manoeuvre_margin
     if not 1.0 <= margin <= 2.0:
         raise InputError(f"envelope: manoeuvre_margin = {margin:g}: a number from 1 to 2")
@@ -232,14 +235,19 @@ def _settings(machine: Helicopter, bounds: tuple[float, float] | None) -> Schedu
     return settings if bounds is None else replace(settings, rotor_speed_bounds=bounds)
 
 
-def _check(points: int, masses: Sequence[float], speeds: tuple[float, float], altitudes: tuple[float, float]) -> None:
-    if isinstance(points, bool) or not len(masses) * 4 <= points <= MOST_POINTS:
-        raise InputError(f"envelope: points = {points}: from {len(masses) * 4} to {MOST_POINTS}")
-    if len(masses) == 0 or list(masses) != sorted(set(masses)):
-        raise InputError(f"envelope: masses = {list(masses)}: one or more, ascending")
-    for name, (low, high) in (("speeds", speeds), ("altitudes", altitudes)):
-        if not low < high:
-            raise InputError(f"envelope: {name} = ({low:g}, {high:g}): the lower end first")
+def _check(points: int, axes: Mapping[str, Sequence[float]], isa_offset: float) -> None:
+    """Raises :class:`InputError` unless each of ``axes`` is ascending and inside what a trim allows."""
+    masses = axes["mass"]
+    if isinstance(points, bool) or not 4 <= 4 * len(masses) <= points <= MOST_POINTS:
+        raise InputError(f"envelope: points = {points}: from 4 at each of {len(masses)} masses to {MOST_POINTS}")
+    for name, values in axes.items():
+        low, high = ALLOWED[name]
+        ascending = all(a < b for a, b in pairwise(values))
+        if not (ascending and all(low <= value <= high for value in values)):
+            raise InputError(f"envelope: {name} = {list(values)}: ascending, from {low:g} to {high:g}")
+    low, high = ALLOWED["isa_offset"]
+    if not low <= isa_offset <= high:
+        raise InputError(f"envelope: isa_offset = {isa_offset:g}: from {low:g} to {high:g}")
 
 
 def _attributes(
