@@ -222,6 +222,10 @@ def solve(
             help="What trajectories minimise: weights of fuel, nox, co, co2, as fuel=1,nox=30.", show_default="fuel"
         ),
     ] = None,
+    search: Annotated[
+        str | None,
+        typer.Option(help="Of pointwise: batched, or nsga2, the genetic search, far slower.", show_default="batched"),
+    ] = None,
     mass: Annotated[float | None, number("Take-off mass of a flown track, kg.", show_default="needed with it")] = None,
     isa_offset: Annotated[
         float | None, number("Temperature above the standard atmosphere, K.", show_default="0, or the mission's")
@@ -251,6 +255,7 @@ def solve(
         "schedules": schedules,
         "variables": variables,
         "objective": objective,
+        "search": search,
         "mass": mass,
         "isa_offset": isa_offset,
         "wind_from_deg": wind_from_deg,
@@ -270,6 +275,7 @@ def solve(
             schedules=tuple(name.strip() for name in (schedules or "nominal,pointwise,trajectory").split(",")),
             variables=variables or "both",
             objective=None if objective is None else weights(objective),
+            search=search or "batched",
             mass=mass,
             isa_offset=isa_offset,
             wind=None if wind_from_deg is None else (wind_from_deg, wind_speed),

@@ -33,6 +33,7 @@ class Request(BaseModel):
     schedules: tuple[str, ...]
     variables: str = "both"
     objective: dict[str, float] | None = None
+    search: str = "batched"
     seed: int = 1
     mass: float | None = None
     isa_offset: float | None = None
@@ -67,6 +68,7 @@ def run(mission: Path, request: Request, *, progress: bool = False) -> Run:
         schedules=request.schedules,
         variables=request.variables,
         objective=request.objective,
+        search=request.search,
         seed=request.seed,
         progress=progress,
     )

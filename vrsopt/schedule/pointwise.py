@@ -6,7 +6,7 @@ The reference study's method: NSGA-II on rotor speed and twist, population 25 pe
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from vrsopt.schedule.refly import Flight
 
 Method = Literal["nsga2", "batched"]
+METHODS = get_args(Method)
 MASS_SWEEPS = 2  # the second moves the mass by grams
 MAX_SWEEPS = 8
 CHECKED_LIMIT = 0.5 * ON_LIMIT  # breaches between nodes above which there is another node: NSGA-II scatters a little
@@ -55,7 +56,7 @@ def pointwise_schedule(
     makes ``success`` false.
     """
     settings = settings or ScheduleSettings()
-    if method not in ("nsga2", "batched"):
+    if method not in METHODS:
         raise InputError(f"pointwise schedule: method = {method}: must be nsga2 or batched")
     bands = settings.forbidden_bands
     nodes = decision_nodes(profile, decision_step)
