@@ -123,10 +123,11 @@ def envelope(
 ) -> Envelope:
     """Rotor speed and twist of least fuel flow in level flight at ``points`` or a few more operating points.
 
-    ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. The points are spread evenly over ``masses`` [kg], ``speeds`` [m/s] and pressure ``altitudes`` [m]. ``variables``:
-    what is free, "both", "speed" or "twist". ``rotor_speed_bounds`` [rad/s] default to 75 to 115 % of nominal;
-    ``manoeuvre_margin`` to the aircraft's; ``limits`` "manual" or "study"; ``isa_offset`` [K]. The result does not
-    depend on ``workers``, the number of processes; ``progress`` shows how far it is.
+    ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. The points are spread evenly over ``masses``
+    [kg], ``speeds`` [m/s] and pressure ``altitudes`` [m]. ``variables``: what is free, "both", "speed" or "twist".
+    ``rotor_speed_bounds`` [rad/s] default to 75 to 115 % of nominal; ``manoeuvre_margin`` to the aircraft's; ``limits``
+    "manual" or "study"; ``isa_offset`` [K]. The result does not depend on ``workers``, the number of processes;
+    ``progress`` shows how far it is.
 
     Its ``dataset`` has the dimensions (mass, altitude, speed) and the maps of VARIABLES, nan where no rotor speed and
     twist keep the limits; ``feasible``, ``nominal_feasible`` (1 or 0); ``active``, of bits: what the optimum rests on;
