@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
+from vrsopt.errors import InputError
 from vrsopt.schedule.additions import Additions, Constraint, quantities
 from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.mesh import Mesh
@@ -100,3 +102,28 @@ def test_without_a_solution_as_planned_nothing_is_called_infeasible(trip, make_m
     assert not found.success and found.status is found.schedule.status is not Status.INFEASIBLE
     assert found.message.startswith("nothing found where the forbidden bands are crossed as planned, nor on one")
     assert "as planned: it would take mean" in found.message
+
+
+def test_what_is_not_a_number_is_named(trip, make_model):
+    q = quantities()
+    for additions, named in (
+        (
+            Additions((Constraint("far", ca.log(q["rotor_speed"] - 100.0), upper=1.0, tasks=("loiter",)),)),
+            "far at 120 s",
+        ),
+        (Additions(cost=ca.log(q["rotor_speed"] - 100.0)), "the objective or a derivative"),
+    ):
+        found = TrajectoryProblem(trip, make_model(), settings=FREE, additions=additions).solve(MASS)
+        assert not found.success and found.status is Status.NOT_FINITE
+        assert f"is infinite or not a number: {named}" in found.message
+    with pytest.raises(InputError, match=r"cost = 3: must depend on one of quantities\(\)"):
+        Additions(cost=3).cost_expression()
+
+
+def test_a_cost_starts_with_the_multipliers_of_its_own_solution(trip, make_model):
+    nox = Additions(cost={"nox": 1.0})
+    problem = TrajectoryProblem(trip, make_model(), settings=FREE, additions=nox)
+    first = problem.solve(MASS)
+    again = problem.solve(MASS, first)
+    assert again.success and again.iterations <= 5 < first.iterations
+    assert again.objective == pytest.approx(first.objective, rel=1e-6)

@@ -120,7 +120,11 @@ class Additions:
 
     def cost_expression(self) -> Any | None:
         """The cost as an expression per second; None for the fuel itself."""
+        if self.cost is None:
+            return None
         if not isinstance(self.cost, Mapping):
+            if not _symbols("cost", self.cost):
+                raise InputError(f"additions: cost = {self.cost}: must depend on one of quantities()")
             return self.cost
         unknown = sorted(set(self.cost) - set(WEIGHTED))
         if unknown or not self.cost:

@@ -83,6 +83,11 @@ def diagnose(
     ``bounds``, start ``x0`` and parameters ``p``: those that it was solved with.
     """
     ended = f"IPOPT {ipopt_words(stats)}"
+    if ipopt_status(stats) is Status.NOT_FINITE:
+        at_start = np.array(problem.nlp.jacobian(x0, p)[0]).ravel()
+        wrong = np.flatnonzero(~np.isfinite(at_start) | ~np.isfinite(g))
+        where = _place(problem, problem.rows[int(wrong[0])]) if wrong.size else "the objective or a derivative"
+        return Diagnosis(Status.NOT_FINITE, f"{ended}: {where}")
     breach = np.nan_to_num(breaches(g, bounds), nan=np.inf)
     row = int(np.argmax(breach))
     if breach[row] <= ACCEPTED_RESIDUAL:

@@ -240,7 +240,8 @@ class TrajectoryProblem:
         x0, p = self.start(first, takeoff_mass, settings=settings, coefficients=coefficients)
         arguments: dict[str, Any] = {**bounds.arguments(), "x0": x0}
         if isinstance(initial, Trajectory) and warm:
-            arguments |= {"lam_x0": initial.lam_x, "lam_g0": initial.lam_g}
+            ratio = float(p[1]) / initial.cost_factor if self.additions.cost is not None else 1.0  # of the objective
+            arguments |= {"lam_x0": ratio * initial.lam_x, "lam_g0": ratio * initial.lam_g}
         solver, wasted = self._solver(warm=warm), 0
         values = solver(p=p, **arguments)
         if warm and ipopt_status(solver.stats()) is not Status.CONVERGED:  # its multipliers have led astray
