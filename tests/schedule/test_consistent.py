@@ -9,12 +9,16 @@ import pytest
 
 from tests.schedule.conftest import Aircraft, AnalyticModel
 from vrsopt.errors import InputError
+from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.consistent import ConsistentOptions, consistent_trajectory
 from vrsopt.schedule.corrected import CorrectedPath, FirstOrder, corrected
 from vrsopt.schedule.nlp import node_functions
 from vrsopt.schedule.physics_path import FlownPath, path_of
-from vrsopt.schedule.schedule import ON_LIMIT
+from vrsopt.schedule.refinement import refined_trajectory
+from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.schedule import NOMINAL_ROTOR_SPEED, ON_LIMIT, ScheduleSettings
 from vrsopt.schedule.trajectory import TrajectoryProblem
+from vrsopt.schedule.trust_region import kept_sides
 
 MASS = 2050.0
 
@@ -150,3 +154,61 @@ def test_what_is_not_reached_is_said(make_model, short):
     assert not found.success and "2 solves" in found.message and not found.trajectory.schedule.success
     with pytest.raises(InputError, match="most_solves = 1: must be at least 2"):
         replace(options, most_solves=1)
+
+
+def test_sides_of_bands_are_those_of_the_schedule():
+    bands = ForbiddenBand(36.0, 38.0, 10.0), ForbiddenBand(30.0, 34.0, 10.0)
+    speed = np.array([35.0, 34.0, 36.0 + 1e-6, 37.0, 38.0, 44.0, 33.0])
+    lower, upper = kept_sides(speed, bands, 33.3, 50.0)
+    assert lower.tolist() == [34.0, 34.0, 34.0, 34.0, 38.0, 38.0, 34.0]
+    assert upper.tolist() == [36.0, 36.0, 36.0, 50.0, 50.0, 50.0, 36.0]
+    assert [bound.tolist() for bound in kept_sides(speed[:1], (), 33.3, 50.0)] == [[33.3], [50.0]]
+
+
+def test_forbidden_bands_are_kept_or_their_breach_is_said(make_model, short):
+    """The truth's optimum is inside the band, the surrogate's schedule beside it; without a side it goes there."""
+    band = ForbiddenBand(0.78 * NOMINAL_ROTOR_SPEED, 0.83 * NOMINAL_ROTOR_SPEED, 15.0)
+    settings = ScheduleSettings(forbidden_bands=(band,))
+    grid = FlightGrid(short, biased(make_model), settings=settings)
+    start = refined_trajectory(grid, biased(make_model), takeoff_mass=MASS, settings=settings)
+    free = TrajectoryProblem(short, biased(make_model), mesh=start.mesh).solve(MASS)
+
+    def consistent(trajectory: Any) -> Any:
+        truth = AnalyticTruth(make_model())
+        return consistent_trajectory(
+            short, biased(make_model), truth, takeoff_mass=MASS, trajectory=trajectory, settings=settings
+        )
+
+    found, flown = consistent(start), FlightGrid(short, make_model(), settings=settings)
+    assert found.success and "; stationarity" in found.message
+    assert flown.fly(found.trajectory.schedule, takeoff_mass=MASS).success
+    assert found.optimality.at_stake < 0.1 * found.surrogate.at_stake
+    astray = consistent(free)
+    assert not astray.success and "forbidden rotor speed 78 to 83 %: " in astray.message
+    assert astray.fuel_physics < found.fuel_physics
+
+
+def test_a_standstill_because_the_region_has_shrunk_is_no_success(make_model, short):
+    """Derivatives that point uphill: every step is refused until the region alone keeps it short."""
+
+    @dataclass(frozen=True)
+    class Tilted(Aircraft):
+        def outputs(self, mass: Any, omega: Any, twist: Any, rate: Any, c: Any, lib: Any) -> Any:
+            fuel, power, limits = super().outputs(mass, omega, twist, rate, c, lib)
+            return fuel * (1 + 0.005 * (twist - 0.2)), power, limits
+
+    class Uphill(AnalyticTruth):
+        def first_order(self, problem: Any, flown: FlownPath, *, everywhere: bool = False) -> FirstOrder:
+            first = super().first_order(problem, flown)
+            first.slopes[0, 2] *= 1.0 if everywhere else -1.0
+            return first
+
+    def make(conditions: Any) -> AnalyticModel:
+        return AnalyticModel(Tilted(), make_model()(conditions).coefficients)
+
+    start = TrajectoryProblem(short, make).solve(MASS)
+    truth = Uphill(make_model())
+    found = consistent_trajectory(short, make, truth, takeoff_mass=MASS, trajectory=start)
+    assert abs(found.trajectory.fuel / found.fuel_physics - 1.0) < 5e-4
+    assert not found.success and "solves: no room to tell, the region has shrunk; stationarity" in found.message
+    assert not any(step.kept for step in found.history[1:])

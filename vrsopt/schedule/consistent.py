@@ -6,8 +6,9 @@ flown on the physics: it is kept if that lowers the mission's fuel, else the reg
 what was promised comes. The limits are corrected like the fuel flow, and a breach of one on the physics counts as fuel,
 at more than its multiplier.
 
-It ends where problem and physics agree on the fuel and the schedule changes no more. What is stated then is the
-first-order optimality with the physics' own derivatives at the schedule itself.
+It ends where problem and physics agree on the fuel and the schedule changes no more, though the region would let it.
+What is stated then is the first-order optimality with the physics' own derivatives at the schedule itself. The rotor
+crosses forbidden bands where it does in the surrogate's schedule.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ import casadi as ca
 import numpy as np
 
 from vrsopt.errors import InputError
-from vrsopt.schedule.bounds import Corridor
 from vrsopt.schedule.corrected import CorrectedPath, FirstOrder, corrected
 from vrsopt.schedule.layout import FUEL_SCALE
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.physics_path import FlownPath
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
+from vrsopt.schedule.trust_region import TrustRegion, flown_stays
 
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
@@ -38,6 +39,7 @@ logger = logging.getLogger(__name__)
 SAME_FUEL = 1e-6  # relative: a fall of the fuel by less is none
 POOR = 0.25  # of the fall that the problem promised: a step that gains less halves the region, kept or not
 DEAR = 2.0  # times its largest multiplier, what a breach of a limit costs
+AT_ITS_EDGE = 0.9  # of the region: a step as long as this is short because of the region; IPOPT keeps a little off
 NEAR_BOUND = 1e-3  # of a scaled unknown: further away its multiplier is that of the trust region, and does not count
 
 
@@ -81,9 +83,9 @@ class Step:
 class Optimality:
     """First-order optimality at a schedule, with the multipliers of its solve.
 
-    ``stationarity``: largest slope of the Lagrangian, kg per relative change of the rotor speed or twist at one node,
-    inside the bounds; ``at_stake``: what all of them together leave to be saved by moving every node by 1 % of rotor
-    speed and 1 deg of twist, kg; ``excess``: worst usage of a limit less 1.
+    ``stationarity``: largest slope of the Lagrangian by rotor speed and twist, no other unknown, kg per relative change
+    at one node, inside the bounds; ``at_stake``: what all of them together leave to be saved by moving every node by
+    1 % of rotor speed and 1 deg of twist, kg; ``excess``: worst usage of a limit less 1.
     """
 
     stationarity: float
@@ -140,7 +142,9 @@ def consistent_trajectory(
 ) -> Consistent:
     """The optimum of ``truth`` near the ``trajectory`` that is optimal to the path model, on its mesh.
 
-    Raises :class:`NoSolutionError` for a point of the physics that is not solved, named by time and task.
+    At every node the rotor stays on the side of the forbidden bands of ``settings`` on which the ``trajectory`` is.
+    Without success the message says what is missing. Raises :class:`NoSolutionError` for a point of the physics that is
+    not solved, named by time and task.
     """
     search = _Search(profile, make_path_model, truth, takeoff_mass, settings or ScheduleSettings(), trajectory)
     return search.run(options or ConsistentOptions())
@@ -158,26 +162,26 @@ class _Search:
     ) -> None:
         self.truth, self.takeoff_mass, self.settings = truth, takeoff_mass, settings
         self.begin = clock.process_time(), clock.perf_counter()
-        self.problem = TrajectoryProblem(
-            profile, corrected(make), settings=settings, mesh=trajectory.mesh, shared=False
-        )
+        mesh, make = trajectory.mesh, corrected(make)
+        self.problem = TrajectoryProblem(profile, make, settings=settings, mesh=mesh, shared=False)
         assert isinstance(self.problem.model, CorrectedPath)
         self.model = self.problem.model
         self.first = trajectory
-        mesh, self.weights = trajectory.mesh, np.zeros(len(trajectory.schedule.time))
+        self.trusted = TrustRegion.about(trajectory.schedule, settings, self.model.bounds)
+        self.weights = np.zeros(len(trajectory.schedule.time))
         places = np.searchsorted(trajectory.schedule.time, mesh.start, side="right") - 1
         np.add.at(self.weights, places, 0.5 * mesh.step)
         np.add.at(self.weights, np.minimum(places + 1, len(self.weights) - 1), 0.5 * mesh.step)
 
     def run(self, options: ConsistentOptions) -> Consistent:
-        held = self.problem.solve(self.takeoff_mass, self.first.schedule)
+        held = self.problem.solve(self.takeoff_mass, self.first.schedule, corridor=self.trusted.widest)
         flown = self.truth.fly(self.problem, held.schedule, self.takeoff_mass)
         model = self._coefficients(flown)
         before = self.optimality(held, flown, model)
         region, message = np.array(options.region), ""
         history = [self._step(held, flown, held.schedule, region, kept=True)]
         while len(history) < options.most_solves:
-            corridor = self._corridor(held.schedule, region)
+            corridor = self.trusted.around(held.schedule, region)
             trial = self.problem.solve(self.takeoff_mass, held, corridor=corridor, coefficients=model)
             if not trial.success:
                 message = f"corrected problem not solved: {trial.message}"
@@ -197,36 +201,35 @@ class _Search:
                 if settled and agree and step.excess <= ON_LIMIT:
                     break
                 model = self._coefficients(flown)
-            elif settled:
-                break  # the schedule that is held can not be told from a better one
+            elif settled:  # the schedule that is held can not be told from a better one, if the region let the step end
+                if np.any(moved > AT_ITS_EDGE * region):
+                    message = f"not settled after {len(history)} solves: no room to tell, the region has shrunk"
+                break
             if gained < POOR * promised:
                 region = 0.5 * min(1.0, float(np.max(moved / region))) * region
         else:
             message = f"not settled after {options.most_solves} solves"
-        return self._result(held, flown, tuple(history), before, message, options)
+        return self._result(held, flown, history, before, message, options.gap)
 
     def _result(
-        self,
-        held: Trajectory,
-        flown: FlownPath,
-        history: tuple[Step, ...],
-        before: Optimality,
-        message: str,
-        options: ConsistentOptions,
+        self, held: Trajectory, flown: FlownPath, history: list[Step], before: Optimality, message: str, most: float
     ) -> Consistent:
         final = self.optimality(held, flown, self._coefficients(flown, everywhere=True))
         if not message and final.excess > ON_LIMIT:
             message = f"limits on the physics exceeded by {100 * final.excess:.2f} %"
         gap = abs(held.fuel / flown.fuel - 1.0)
-        if not message and gap >= options.gap:
+        if not message and gap >= most:
             message = f"problem and physics differ by {100 * gap:.3f} % of the fuel"
+        stays = flown_stays(self.problem.profile, held.schedule, self.settings)
+        message = "; ".join([message] * bool(message) + [str(stay) for stay in stays])
         success = not message
         message = message or f"optimal to the physics after {len(history)} solves"
+        message += f"; stationarity {final.stationarity:.1e} kg per 100 % at a node"
         schedule = replace(held.schedule, name="consistent", success=success, message=message)
         return Consistent(
             trajectory=replace(held, schedule=schedule),
             fuel_physics=flown.fuel,
-            history=history,
+            history=tuple(history),
             surrogate=before,
             optimality=final,
             trims=self.truth.trims,
@@ -240,18 +243,6 @@ class _Search:
 
     def _coefficients(self, flown: FlownPath, *, everywhere: bool = False) -> np.ndarray:
         return self.model.coefficients(self.truth.first_order(self.problem, flown, everywhere=everywhere))
-
-    def _corridor(self, schedule: Schedule, region: np.ndarray) -> Corridor:
-        speed, twist = region[0] * self.settings.nominal_rotor_speed, region[1]
-        low, high = self.settings.rotor_speed_bounds
-        least, most = self.settings.twist_bounds
-        return Corridor(
-            rotor_speed=(
-                np.clip(schedule.rotor_speed - speed, low, high),
-                np.clip(schedule.rotor_speed + speed, low, high),
-            ),
-            twist=(np.clip(schedule.twist - twist, least, most), np.clip(schedule.twist + twist, least, most)),
-        )
 
     def _price(self, trajectory: Trajectory) -> np.ndarray:
         """What a breach of each limit costs, kg per s and unit of usage (m,)."""
@@ -267,8 +258,8 @@ class _Search:
     def _largest(self, new: Trajectory, old: Trajectory) -> np.ndarray:
         """Largest change (2,) of rotor speed (of nominal) and twist [rad] at a node."""
         one, other = new.schedule, old.schedule
-        speed = (one.rotor_speed - other.rotor_speed) / self.settings.nominal_rotor_speed
-        return np.array([np.max(np.abs(part)) for part in (speed, one.twist - other.twist)])
+        changes = (one.rotor_speed - other.rotor_speed) / self.settings.nominal_rotor_speed, one.twist - other.twist
+        return np.max(np.abs(changes), axis=1)
 
     def _step(
         self, trajectory: Trajectory, flown: FlownPath, before: Schedule, region: np.ndarray, *, kept: bool
@@ -294,7 +285,7 @@ class _Search:
         slope = ca.Function("slope", [nlp["x"], nlp["p"]], [ca.gradient(nlp["f"], nlp["x"])])(x, p).full().ravel()
         jacobian = problem.nlp.jacobian(x, p)[1]
         slope = slope + ca.mtimes(jacobian.T, trajectory.lam_g).full().ravel()
-        bounds = problem.bounds(self.takeoff_mass)
+        bounds = problem.bounds(self.takeoff_mass, corridor=self.trusted.widest)
         held_below = np.where(x - bounds.lbx < NEAR_BOUND, np.minimum(trajectory.lam_x, 0.0), 0.0)
         held_above = np.where(bounds.ubx - x < NEAR_BOUND, np.maximum(trajectory.lam_x, 0.0), 0.0)
         slope = np.where(bounds.ubx > bounds.lbx, slope + held_below + held_above, 0.0)
