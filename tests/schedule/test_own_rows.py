@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vrsopt.errors import InputError
+from vrsopt.schedule import refinement
 from vrsopt.schedule.additions import Additions, Constraint, quantities
 from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.mesh import Mesh
@@ -127,3 +128,18 @@ def test_a_cost_starts_with_the_multipliers_of_its_own_solution(trip, make_model
     again = problem.solve(MASS, first)
     assert again.success and again.iterations <= 5 < first.iterations
     assert again.objective == pytest.approx(first.objective, rel=1e-6)
+
+
+def test_the_last_mesh_is_flown_too(make_profile, make_model, monkeypatch):
+    """A bound that moves faster than linear between the only nodes, and no second mesh."""
+    monkeypatch.setattr(refinement, "MAX_ROUNDS", 1)
+    profile = make_profile({"task": "loiter", "duration": 100.0, "speed": 30.0})
+    far, mesh = quantities()["time"] - 50.0, Mesh(np.zeros(1, dtype=int), np.zeros(1), np.full(1, 100.0))
+    bump = Additions(
+        (Constraint("bump", quantities()["rotor_speed"] - 3.0 * ca.exp(-((far + 25.0) ** 2)), lower=40.0),)
+    )
+    problem = TrajectoryProblem(profile, make_model(), settings=FREE, additions=bump, mesh=mesh)
+    assert problem.solve(MASS).success
+    found = refined(problem, FlightGrid(profile, make_model()), takeoff_mass=MASS)[0]
+    assert not found.success and not found.schedule.success
+    assert found.message.startswith("between its nodes, on the last of 1 meshes: bump 7.")

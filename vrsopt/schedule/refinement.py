@@ -24,6 +24,7 @@ from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
 from vrsopt.schedule.speed_plan import speed_plan
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
 from vrsopt.schedule.transcription import Transcription
+from vrsopt.schedule.violation import Violation
 from vrsopt.solvers.status import Status
 
 if TYPE_CHECKING:
@@ -156,11 +157,14 @@ def _split_as_needed(
         corridor = None if crossings is None else Corridor(rotor_speed=crossings.bounds(problem.nodes.time))
         last = problem.solve(takeoff_mass, initial, settings=settings, limits=limits, corridor=corridor)
         rounds.append(last)
-        if not last.success or len(rounds) == MAX_ROUNDS:
+        if not last.success:
             break
         flight = grid.fly(last.schedule, takeoff_mass=takeoff_mass)
         fuel.append(flight.fuel)
-        _, excess = flown_excess(grid, flight, problem.additions, limits)
+        names, excess = flown_excess(grid, flight, problem.additions, limits)
+        if len(rounds) == MAX_ROUNDS:
+            last = _unless_broken(last, grid.worst(excess, names=names))
+            break
         split = dict(zip(*broken_intervals(problem.mesh, flight, excess), strict=True))
         if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
             middle = problem.mesh.start + 0.5 * problem.mesh.step
@@ -179,6 +183,15 @@ def _split_as_needed(
         rounds=len(rounds),
     )
     return total, problem
+
+
+def _unless_broken(trajectory: Trajectory, broken: tuple[Violation, ...]) -> Trajectory:
+    """The trajectory on the last mesh, without success where its flight breaks limits in between."""
+    if not broken:
+        return trajectory
+    message = f"between its nodes, on the last of {MAX_ROUNDS} meshes: {'; '.join(map(str, broken))}"
+    verdict: dict[str, Any] = {"success": False, "status": Status.ITERATION_LIMIT, "message": message}
+    return replace(trajectory, schedule=replace(trajectory.schedule, **verdict), **verdict)
 
 
 def coarse_intervals(problem: TrajectoryProblem, trajectory: Trajectory) -> list[int]:
