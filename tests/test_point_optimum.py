@@ -51,11 +51,34 @@ def test_one_variable_alone_and_bounds():
     assert all(value > 0.0 for value in narrow.multipliers.values())
 
 
-def test_refused_input():
-    with pytest.raises(InputError, match="variables = 'none': both, speed or twist"):
-        physics_optimum(1900.0, 40.0, variables="none")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"rotor_speed_bounds = \(45, 40\)"):
-        physics_optimum(1900.0, 40.0, rotor_speed_bounds=(45.0, 40.0))
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"variables": "none"}, r"variables = 'none': one of both, speed, twist"),
+        ({"setting": "x"}, r"setting = 'x': one of manual, study"),
+        ({"setting": ["manual"]}, r"setting = \['manual'\]: one of"),
+        ({"manoeuvre_margin": float("nan")}, r"manoeuvre_margin = nan: a number from 1 to 2"),
+        ({"manoeuvre_margin": "1.3"}, r"manoeuvre_margin = '1\.3': a number from 1 to 2"),
+        (
+            {"rotor_speed_bounds": (45.0, 40.0)},
+            r"rotor_speed_bounds = \(45\.0, 40\.0\): lower, upper, numbers in order",
+        ),
+        ({"rotor_speed_bounds": (0, 1000)}, r"rotor_speed_bounds = \(0, 1000\): .* from 22\.2 to 57\.72$"),
+        ({"rotor_speed_bounds": 5}, r"rotor_speed_bounds = 5: lower, upper"),
+        ({"rotor_speed_bounds": ()}, r"rotor_speed_bounds = \(\): lower, upper"),
+        ({"twist_bounds": (0.1,)}, r"twist_bounds = \(0\.1,\): lower, upper"),
+        ({"twist_bounds": (0.1, float("nan"))}, r"twist_bounds = \(0\.1, nan\): lower, upper"),
+        ({"mass": "a"}, r"mass = 'a': a number from 500 to 5000"),
+        ({"mass": -5}, r"mass = -5: a number from 500 to 5000"),
+        ({"speed": -40.0}, r"speed = -40\.0: a number from 0 to 90"),
+        ({"altitude": None}, r"altitude = None: a number from -500 to 6000"),
+    ],
+)
+def test_refused_input(changed, message):
+    """One line, that names the field, its value and what is allowed."""
+    with pytest.raises(InputError, match=f"^optimum of the physics: {message}") as caught:
+        physics_optimum(**{"mass": 1900.0, "speed": 40.0, **changed})
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.slow

@@ -8,12 +8,12 @@ finds is solved again as any other operating point, from a fresh start, and comp
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import radians
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import casadi as ca
 import numpy as np
@@ -24,8 +24,9 @@ from vrsopt.drive_train import engine_parameters, engine_power
 from vrsopt.equilibrium import trim_system
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.flight import trim_parameters
-from vrsopt.helicopter import Helicopter, helicopter
+from vrsopt.helicopter import ALLOWED, Helicopter, helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits, Setting
+from vrsopt.quantity import is_number
 from vrsopt.residual import ResidualSystem
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
 from vrsopt.solvers.status import Status
@@ -36,6 +37,7 @@ ACCEPTED_RESIDUAL = 1e-6  # largest scaled residual of a solution that counts
 SAME_FUEL = 1e-6  # relative: by how much the point solved again may differ
 ACTIVE = 1e-4  # of a usage or of the box: within it a limit or bound is active
 FLIGHT = ("load_factor",)  # beside the parameters of the trim
+MARGINS = (1.0, 2.0)  # of the blade loading
 NOMINAL_BOUNDS = ((0.75, 1.15), (radians(6.0), radians(16.0)))  # of nominal rotor speed; rad
 
 
@@ -243,18 +245,18 @@ def physics_optimum(
 
     ``variables``: which of the two are free, the other is nominal. Bounds [rad/s] (75 to 115 % of nominal) and [rad];
     ``setting`` and ``manoeuvre_margin`` (the aircraft's by default) of the limits, see :class:`vrsopt.limits.Limits`.
-    Raises :class:`InputError` for other ``variables`` or bounds in the wrong order and :class:`NoSolutionError` where
-    the nominal rotor has no trim.
+    Raises :class:`InputError` for what is not one of these or out of range and :class:`NoSolutionError` where the
+    nominal rotor has no trim.
     """
     machine = helicopter(aircraft)
     rotor = machine.aircraft.main_rotor
     nominal = rotor.nominal_rotor_speed
-    speeds = rotor_speed_bounds or (NOMINAL_BOUNDS[0][0] * nominal, NOMINAL_BOUNDS[0][1] * nominal)
-    if variables not in ("both", "speed", "twist"):
-        raise InputError(f"optimum of the physics: variables = {variables!r}: both, speed or twist")
-    for name, (low, high) in (("rotor_speed_bounds", speeds), ("twist_bounds", twist_bounds)):
-        if not low <= high:
-            raise InputError(f"optimum of the physics: {name} = ({low:g}, {high:g}): lower, upper")
+    _check_choice("variables", variables, ("both", "speed", "twist"))
+    _check_choice("setting", setting, get_args(Setting))
+    ranges = {**ALLOWED, "rotor_speed": (ALLOWED["rotor_speed"][0] * nominal, ALLOWED["rotor_speed"][1] * nominal)}
+    usual = (NOMINAL_BOUNDS[0][0] * nominal, NOMINAL_BOUNDS[0][1] * nominal)
+    speeds = _pair("rotor_speed", usual if rotor_speed_bounds is None else rotor_speed_bounds, ranges)
+    twist_bounds = _pair("twist", twist_bounds, ranges)
     if variables == "speed":
         twist_bounds = (rotor.twist, rotor.twist)
     if variables == "twist":
@@ -270,7 +272,26 @@ def physics_optimum(
         "twist": rotor.twist,
     }
     margin = machine.aircraft.blade_loading_limit.manoeuvre_margin if manoeuvre_margin is None else manoeuvre_margin
+    for name, value in (*flight.items(), ("manoeuvre_margin", margin)):
+        low, high = MARGINS if name == "manoeuvre_margin" else ranges[name]
+        if not is_number(value) or not low <= value <= high:
+            raise InputError(f"optimum of the physics: {name} = {value!r}: a number from {low:g} to {high:g}")
     return _problem(machine.aircraft, setting, margin).solve(flight, bounds=np.array([speeds, twist_bounds]).T)
+
+
+def _check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"optimum of the physics: {name} = {value!r}: one of {', '.join(allowed)}")
+
+
+def _pair(name: str, value: Any, ranges: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    """The bounds of a variable; raises :class:`InputError` unless they are two numbers in order, within its range."""
+    low, high = ranges[name]
+    known = isinstance(value, Sequence) and len(value) == 2 and all(map(is_number, value))
+    if not known or not low <= value[0] <= value[1] <= high:
+        allowed = f"lower, upper, numbers in order from {low:g} to {high:g}"
+        raise InputError(f"optimum of the physics: {name}_bounds = {value!r}: {allowed}")
+    return float(value[0]), float(value[1])
 
 
 @lru_cache(maxsize=4)
