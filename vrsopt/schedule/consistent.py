@@ -39,6 +39,7 @@ logger = logging.getLogger(__name__)
 SAME_FUEL = 1e-6  # relative: a fall of the fuel by less is none
 POOR = 0.25  # of the fall that the problem promised: a step that gains less halves the region, kept or not
 DEAR = 2.0  # times its largest multiplier, what a breach of a limit costs
+LEFT_OPEN = 1e-5  # of the fuel: what the slopes between nodes, means of those at the nodes, may promise in error
 AT_ITS_EDGE = 0.9  # of the region: a step as long as this is short because of the region; IPOPT keeps a little off
 NEAR_BOUND = 1e-3  # of a scaled unknown: further away its multiplier is that of the trust region, and does not count
 
@@ -202,7 +203,7 @@ class _Search:
                     break
                 model = self._coefficients(flown)
             elif settled:  # the schedule that is held can not be told from a better one, if the region let the step end
-                if np.any(moved > AT_ITS_EDGE * region):
+                if promised > LEFT_OPEN * flown.fuel and np.any(moved > AT_ITS_EDGE * region):
                     message = f"not settled after {len(history)} solves: no room to tell, the region has shrunk"
                 break
             if gained < POOR * promised:
