@@ -1,6 +1,6 @@
 """The trajectory against dymos on one problem and one surrogate, as one JSON object.
 
-    python tests/benchmarks/dymos_comparison.py [--environment PATH] [--segments 25] [--optimisers SLSQP]
+    python tests/benchmarks/dymos_comparison.py [--environment PATH] [--segments 25] [--optimisers SLSQP IPOPT]
 
 Makes a virtual environment (PATH, or a temporary one) with dymos and CasADi, runs there dymos_trajectory.py on a flight
 of the small test mission to a place further away (no mass change, no idle), and the product's Radau and Hermite-Simpson
@@ -86,8 +86,9 @@ def by_dymos(task: Task, mesh: Mesh, python: Path, folder: Path, optimiser: str)
 
 
 def sampled(task: Task, mesh: Mesh, rotor_speed: np.ndarray, twist: np.ndarray) -> Schedule:
-    """Cubics through dymos' nodes (N, 4) as a schedule on the 1 s grid."""
+    """Cubics through dymos' nodes (N, 4) as a schedule on the 1 s grid, within its bounds between the nodes too."""
     grid = task.setup.grid
+    box = task.setup.settings.box(grid.model.bounds)
     values = np.empty((2, len(grid.time)))
     interval = np.clip(np.searchsorted(mesh.start, grid.time, side="right") - 1, 0, len(mesh) - 1)
     share = (grid.time - mesh.start[interval]) / mesh.step[interval]
@@ -95,6 +96,7 @@ def sampled(task: Task, mesh: Mesh, rotor_speed: np.ndarray, twist: np.ndarray) 
         here = interval == k
         for row, nodes in zip(values, (rotor_speed, twist), strict=True):
             row[here] = Polynomial.fit(SHARES, nodes[k], 3)(share[here])
+    values = np.clip(values, *box[:, :, None])
     return Schedule("dymos", grid.segment, grid.time, values[0], values[1])
 
 
@@ -133,7 +135,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--environment", type=Path)
     parser.add_argument("--segments", type=int, nargs="+", default=[25])
-    parser.add_argument("--optimisers", nargs="+", default=["SLSQP"])
+    parser.add_argument("--optimisers", nargs="+", default=["SLSQP", "IPOPT"])
     arguments = parser.parse_args()
     task, figures = flight(), {}
     with tempfile.TemporaryDirectory() as temporary:

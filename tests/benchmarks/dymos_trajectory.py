@@ -1,10 +1,10 @@
 """The trajectory problem in dymos; runs in an environment of its own, needs none of the product but its node function.
 
-    python dymos_trajectory.py FOLDER SLSQP
+    python dymos_trajectory.py FOLDER SLSQP|IPOPT
 
 FOLDER has node.casadi (the node function) and problem.npz (coefficients at the nodes, edges, bounds); the result is
-printed as one JSON object. Optimisers are those of SciPy: pyOptSparse, the way from dymos to IPOPT, is not in the
-package index.
+printed as one JSON object. pyOptSparse, the usual way from dymos to IPOPT, is not in the package index: IPOPT is
+CasADi's, see dymos_ipopt.py.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import casadi as ca
 import dymos as dm
 import numpy as np
 import openmdao.api as om
+from dymos_ipopt import IpoptDriver
 
 STATES = ("mass", "omega", "twist", "omega_rate_in")
 MAX_ITERATIONS = 300
@@ -41,12 +42,12 @@ class Aircraft(om.ExplicitComponent):
         centre = [ca.SX.sym("centre", 4)]
         y = ca.vertcat(*f(*x, c, *centre))
         inputs = [ca.vertcat(*x), c, *centre]
-        self._value = ca.Function("value", inputs, [y]).map(n)
-        self._slope = ca.Function("slope", inputs, [ca.jacobian(y, inputs[0])]).map(n)
-        self._outputs = ("fuel_rate", *(f"limit{k}" for k in range(y.numel() - 1)))
+        self._flow_and_limits = ca.Function("value", inputs, [y]).map(n)
+        self._slopes = ca.Function("slope", inputs, [ca.jacobian(y, inputs[0])]).map(n)
+        self._names = ("fuel_rate", *(f"limit{k}" for k in range(y.numel() - 1)))
         for name in STATES:
             self.add_input(name, shape=(n,))
-        for name in self._outputs:
+        for name in self._names:
             self.add_output(name, shape=(n,))
         self.declare_partials("*", "*", rows=np.arange(n), cols=np.arange(n))
 
@@ -55,14 +56,14 @@ class Aircraft(om.ExplicitComponent):
 
     def compute(self, inputs: Any, outputs: Any) -> None:
         x = self._point(inputs)
-        y = np.array(self._value(x, self.options["coefficients"], x))
-        for k, name in enumerate(self._outputs):
+        y = np.array(self._flow_and_limits(x, self.options["coefficients"], x))
+        for k, name in enumerate(self._names):
             outputs[name] = -y[k] if k == 0 else y[k]
 
     def compute_partials(self, inputs: Any, partials: Any) -> None:
         x = self._point(inputs)
-        slopes = np.array(self._slope(x, self.options["coefficients"], x)).reshape(len(self._outputs), -1, len(STATES))
-        for k, name in enumerate(self._outputs):
+        slopes = np.array(self._slopes(x, self.options["coefficients"], x)).reshape(len(self._names), -1, len(STATES))
+        for k, name in enumerate(self._names):
             for column, state in enumerate(STATES):
                 partials[name, state] = (-1.0 if k == 0 else 1.0) * slopes[k, :, column]
 
@@ -119,7 +120,8 @@ def main() -> None:
     """Solve and print."""
     folder, optimiser = Path(sys.argv[1]), sys.argv[2]
     data, function = np.load(folder / "problem.npz"), ca.Function.load(str(folder / "node.casadi"))
-    driver = om.ScipyOptimizeDriver(optimizer=optimiser, maxiter=MAX_ITERATIONS, tol=1e-7, disp=False)
+    make = IpoptDriver if optimiser == "IPOPT" else om.ScipyOptimizeDriver
+    driver = make(optimizer="SLSQP", maxiter=MAX_ITERATIONS, tol=1e-7, disp=False)
     begin = time.process_time()
     problem = problem_of(data, function, driver)
     problem.final_setup()

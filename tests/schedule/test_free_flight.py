@@ -68,7 +68,8 @@ def test_a_limit_ends_the_choice_of_an_altitude():
 
 
 @pytest.mark.slow
-def test_scheduled_rotor_has_its_own_best_speed(free):
+def test_scheduled_rotor_has_its_own_best_speed(free, monkeypatch):
+    monkeypatch.setattr("vrsopt.schedule.free_flight.SCANNED", 4)
     found = free_flight(free)
     assert found is not None
     fuel = found.fuels

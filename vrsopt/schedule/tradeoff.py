@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -22,8 +22,9 @@ from vrsopt.errors import NoSolutionError
 from vrsopt.schedule.additions import Additions, Constraint, quantities
 from vrsopt.schedule.batched import batched_minimum
 from vrsopt.schedule.decision import DecisionNodes, decision_nodes
-from vrsopt.schedule.path_model import PathModel, PathModelFactory
+from vrsopt.schedule.path_model import PathModel, PathModelFactory, PathValues
 from vrsopt.schedule.pointwise import pointwise_schedule
+from vrsopt.schedule.refinement import refined_trajectory
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.trajectory import Trajectory, TrajectoryProblem
@@ -62,6 +63,23 @@ def _cost(front: np.ndarray, price: float) -> np.ndarray:
     return front[:, 3] if np.isinf(price) else front[:, 2] + price * front[:, 3]
 
 
+class _Emitter:
+    """A path model whose NOx [kg/s] takes the place of its fuel flow."""
+
+    def __init__(self, model: PathModel) -> None:
+        self.model, self.limit_names, self.bounds = model, model.limit_names, model.bounds
+
+    def evaluate(self, mass: Any, rotor_speed: Any, twist: Any, rotor_speed_rate: Any = 0.0) -> PathValues:
+        values = self.model.evaluate(mass, rotor_speed, twist, rotor_speed_rate)
+        fuel, power = (np.atleast_2d(value.T).T for value in (values.fuel_flow, values.power_per_engine))
+        speed = np.broadcast_to(rotor_speed, values.fuel_flow.shape).reshape(fuel.shape)
+        nox = self.model.emissions(fuel, power, speed)["nox"]
+        return replace(values, fuel_flow=nox.reshape(values.fuel_flow.shape))
+
+    def nodes(self, index: np.ndarray) -> _Emitter:
+        return _Emitter(self.model.nodes(index))
+
+
 class _Step(Problem):
     """Fuel flow and NOx at one node."""
 
@@ -87,10 +105,11 @@ def step_fronts(
     seed: int = 1,
     workers: int = 1,
 ) -> StepFronts:
-    """The front of every decision step, at the masses of the pointwise schedule of least fuel, which starts the search.
+    """The front of every decision step, at the masses of the pointwise schedule of least fuel.
 
-    Each step has its own seed: the result does not depend on ``workers``. Raises :class:`NoSolutionError` where no
-    rotor speed and twist keep the limits.
+    The search starts with both ends, the points of least fuel flow and of least NOx by :func:`batched_minimum`. Each
+    step has its own seed: the result does not depend on ``workers``. Raises :class:`NoSolutionError` where no rotor
+    speed and twist keep the limits.
     """
     settings = settings or ScheduleSettings()
     own: dict[str, Any] = {"takeoff_mass": takeoff_mass, "settings": settings, "decision_step": decision_step}
@@ -100,8 +119,8 @@ def step_fronts(
     model = make_path_model(nodes.conditions())
     box = settings.box(model.bounds)
     chunks = np.array_split(np.arange(len(mass)), max(1, min(8 * workers, len(mass))))
-    known = batched_minimum(model, mass, box=box)
-    start = np.column_stack([known.rotor_speed, known.twist])
+    ends = [batched_minimum(one, mass, box=box) for one in (model, cast(PathModel, _Emitter(model)))]
+    start = np.stack([np.column_stack([end.rotor_speed, end.twist]) for end in ends], axis=1)
     jobs = (
         delayed(_search)(model.nodes(part), mass[part], box, start[part], generations, seed + part) for part in chunks
     )
@@ -119,12 +138,12 @@ def step_fronts(
 def _search(
     model: PathModel, mass: np.ndarray, box: np.ndarray, start: np.ndarray, generations: int, seeds: np.ndarray
 ) -> list[np.ndarray]:
-    """Fronts (k, 4) of the nodes of a chunk, from populations all over the box and ``start`` (n, 2)."""
+    """Fronts (k, 4) of the nodes of a chunk, from populations all over the box and ``start`` (n, 2, 2)."""
     fronts = []
     for k, seed in enumerate(seeds.tolist()):
         step = _Step(model.nodes(np.array([k])), float(mass[k]), box)
         population = np.random.default_rng(seed).uniform(box[0], box[1], (POPULATION, 2))
-        population[0] = start[k]
+        population[:2] = start[k]
         algorithm = NSGA2(pop_size=POPULATION, sampling=population)
         found = minimize(step, algorithm, ("n_gen", generations), seed=seed)
         points = np.empty((0, 4)) if found.X is None else np.column_stack([found.X, found.F])
@@ -165,16 +184,19 @@ def trajectory_front(
 ) -> list[FrontPoint]:
     """The mission's front by trajectories: least fuel, least NOx, and between them least fuel with NOx bounded.
 
-    ``points`` in all, evenly spaced in NOx. Built once, each solved from the one before.
+    ``points`` in all, evenly spaced in NOx, on the mesh on which that of least fuel keeps the limits between the nodes.
+    Built once, each solved from the one before.
     """
     settings = settings or ScheduleSettings()
+    fuel = refined_trajectory(grid, make_path_model, takeoff_mass=takeoff_mass, settings=settings)
 
     def problem_with(additions: Additions) -> TrajectoryProblem:
-        return TrajectoryProblem(grid.profile, make_path_model, settings=settings, additions=additions)
+        own: dict[str, Any] = {"settings": settings, "mesh": fuel.mesh}
+        return TrajectoryProblem(grid.profile, make_path_model, additions=additions, **own)
 
     nox = Constraint(BOUND, quantities()["nox"], upper=1.0, unit="kg")  # each solve has a bound of its own
     problem, cleanest = problem_with(Additions(integrals=(nox,))), problem_with(Additions(cost={"nox": 1.0}))
-    last = problem.solve(takeoff_mass, limits={BOUND: (None, None)})
+    last = problem.solve(takeoff_mass, fuel.schedule, limits={BOUND: (None, None)})
     clean = cleanest.solve(takeoff_mass, last.schedule)
     most, least = last.integrals[BOUND], clean.objective
     found = [_flown_trajectory(grid, last, takeoff_mass, 0.0)]
