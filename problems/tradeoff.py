@@ -6,7 +6,7 @@ Run: python problems/tradeoff.py (about ten minutes on one core)
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from page_table import table
 
 from vrsopt.mission.file import read_mission
 from vrsopt.report.plots import png
-from vrsopt.report.style import BLUE, GREEN, SKY, VERMILION, new_figure, tidy
+from vrsopt.report.style import GREY, SKY, VERMILION, new_figure, tidy
 from vrsopt.schedule.mission_setup import MissionSetup
 from vrsopt.schedule.tradeoff import FrontPoint, StepFronts, step_front, step_fronts, trajectory_front
 
@@ -24,6 +24,8 @@ PAGE, PICTURE = HERE / "tradeoff.md", HERE / "figures" / "tradeoff.png"
 NAMES = ("patm", "lem", "sarm")
 GENERATIONS = 20
 PERCENTILES = (50, 90, 99)
+CONSTANTS = (80.0, 85.0, 90.0, 95.0, 100.0, 105.0, 110.0)  # % of nominal rotor speed
+CANDIDATES = 3000
 INTRODUCTION = """# Fuel against NOx
 
 Which schedules are such that less NOx costs more fuel? Two ways to a front of each shipped mission: NSGA-II with two
@@ -113,31 +115,70 @@ def step_table(results: list[Fronts]) -> Iterator[str]:
     yield from table(("mission", "steps", *shares, "most", "fuel it costs there %", "steps with 1 % or more, %"), rows)
 
 
-def draw(results: list[Fronts]) -> bytes:
-    """Fronts about the point of least fuel, and the steps in order of what NOx they have to give."""
-    figure = new_figure(10.0, 6.0)
+@dataclass(frozen=True)
+class Around:
+    """What is not on the front: constant rotor speeds (k, 4) in % with fuel, NOx [kg] and whether the limits hold, and
+    candidates (n, 3) of one step: rotor speed [%], fuel flow and NOx [kg/s]."""
+
+    constants: np.ndarray
+    candidates: np.ndarray
+    time: float  # s, of that step
+    step: int  # among the searches
+
+
+def around(name: str, result: Fronts) -> Around:
+    """Schedules and candidates beside the front of a shipped mission; the step is the one in the middle of it."""
+    setup = MissionSetup(read_mission(HERE / f"{name}.toml"))
+    mass, nominal, rows = setup.loading.takeoff_mass, setup.settings.nominal_rotor_speed, []
+    for percent in CONSTANTS:
+        speed = np.full_like(setup.nominal.rotor_speed, percent / 100 * nominal)
+        flight = setup.grid.fly(replace(setup.nominal, rotor_speed=speed), takeoff_mass=mass)
+        rows.append((percent, flight.fuel, setup.grid.emissions(flight).total("nox"), flight.success))
+    nodes = result.steps.nodes
+    step = int(np.argmin(np.abs(nodes.time[nodes.first] - 0.5 * setup.profile.duration)))
+    model = setup.make(nodes.conditions()).nodes(np.array([step]))
+    box = setup.settings.box(model.bounds)
+    points = np.random.default_rng(1).uniform(box[0], box[1], (CANDIDATES, 2))
+    there = nodes.interpolated(setup.grid, setup.grid.burned(setup.nominal, takeoff_mass=mass)[0])[step]
+    values = model.evaluate(np.array([[there]]), points[None, :, 0], points[None, :, 1])
+    nox = model.emissions(values.fuel_flow, values.power_per_engine, points[None, :, 0])["nox"]
+    allowed = np.max(values.limits, axis=0)[0] <= 0.0
+    found = np.column_stack([100 * points[:, 0] / nominal, values.fuel_flow[0], nox[0]])[allowed]
+    return Around(np.array(rows), found, float(nodes.time[nodes.first[step]]), step)
+
+
+def draw(results: list[Fronts], beside: list[Around]) -> bytes:
+    """Missions and one step of each: constant rotor speeds or all candidates, and the front in their corner."""
+    figure = new_figure(10.0, 6.4)
     upper, lower = figure.subplots(2, len(results), squeeze=False)
-    for axes, result in zip(upper, results, strict=True):
-        for points, colour, label in (
-            (result.pointwise, SKY, "pointwise"),
-            (result.trajectory, VERMILION, "trajectory"),
+    for axes, result, other in zip(upper, results, beside, strict=True):
+        percent, fuel, nox, flyable = other.constants.T
+        axes.plot(fuel, 1e3 * nox, "-", color=GREY, lw=0.8)
+        for kind, face, label in ((1.0, GREY, "constant rotor speed, %"), (0.0, "white", "outside a limit")):
+            here = flyable == kind
+            axes.plot(fuel[here], 1e3 * nox[here], "o", color=GREY, markerfacecolor=face, ms=4, label=label)
+        for x, y, text in zip(fuel, 1e3 * nox, percent, strict=True):
+            axes.annotate(f"{text:.0f}", (x, y), xytext=(4, -8), textcoords="offset points", fontsize=7)
+        for points, colour, mark, label in (
+            (result.pointwise, SKY, "D", "pointwise"),
+            (result.trajectory, VERMILION, "o", "trajectory"),
         ):
-            fuel, nox = relative(points).T
-            axes.plot(fuel, nox, "o-", color=colour, ms=4, label=label)
-        axes.set_title(result.name)
-        axes.set_xlabel("fuel over least fuel, %")
+            x, y = np.array([(point.fuel, 1e3 * point.nox) for point in points]).T
+            axes.plot(x, y, mark, color=colour, ms=5, label=f"front, {label}")
+        axes.set(title=result.name, xlabel="fuel, kg")
         tidy(axes)
-    for axes, result in zip(lower, results, strict=True):
-        order = np.argsort(-result.reductions)
-        share = 100.0 * np.arange(len(order)) / len(order)
-        axes.step(share, result.reductions[order], color=BLUE, label="NOx to be had")
-        axes.step(share, result.costs[order], color=GREEN, label="fuel it costs")
-        axes.set_xlabel("decision steps, % of them")
+    for axes, result, other in zip(lower, results, beside, strict=True):
+        percent, fuel, nox = other.candidates.T
+        drawn = axes.scatter(3600 * fuel, 3.6e6 * nox, c=percent, s=3, cmap="viridis")
+        front = result.steps.points[other.step]
+        axes.plot(3600 * front[:, 2], 3.6e6 * front[:, 3], "o", color=VERMILION, ms=5, label="front")
+        axes.set(title=f"the step at {other.time / 60:.0f} min", xlabel="fuel flow, kg/h")
         tidy(axes)
-    upper[0].set_ylabel("NOx over that of least fuel, %")
-    lower[0].set_ylabel("of the step's own, %")
-    upper[0].legend()
-    lower[0].legend()
+        figure.colorbar(drawn, ax=axes, label="rotor speed, %")
+    upper[0].set_ylabel("NOx of the mission, g")
+    lower[0].set_ylabel("NOx, g/h")
+    upper[0].legend(fontsize=7)
+    lower[0].legend(fontsize=7)
     return png(figure)
 
 
@@ -170,8 +211,8 @@ def page(results: list[Fronts]) -> str:
     lines = [INTRODUCTION, *verdict(results), "![Fronts of fuel and NOx](figures/tradeoff.png)", ""]
     lines += ["## Missions", "", *front_table(results), "## Steps by themselves", "", *step_table(results)]
     lines.append(
-        "Upper row of the figure: fronts of the missions about the point of least fuel. Lower row: how much NOx each "
-        "decision step by itself could give up, in the order of that, and the fuel this costs it."
+        "Upper row of the figure: constant rotor speeds with the nominal twist, and both fronts, which are a point at this "
+        "scale. Lower row: all that one decision step may do within the limits, and its front."
     )
     return "\n".join(lines) + "\n"
 
@@ -179,7 +220,7 @@ def page(results: list[Fronts]) -> str:
 def main() -> None:
     """Write the page and its figure."""
     results = [fronts(name) for name in NAMES]
-    PICTURE.write_bytes(draw(results))
+    PICTURE.write_bytes(draw(results, [around(name, result) for name, result in zip(NAMES, results, strict=True)]))
     PAGE.write_text(page(results), encoding="utf-8")
 
 

@@ -250,9 +250,9 @@ def test_mission_file(capsys, old, new, line):
         (("hop.toml", "--out", "garbage/deep/er"), "garbage is not a folder"),
         (
             ("hop.toml", "--out", "r", "--schedules", "best"),
-            "solve: schedules: 'best': some of nominal, pointwise, pre",
+            "solve: schedules: 'best': some of nominal, constant, pointwise, prescribed",
         ),
-        (("hop.toml", "--out", "r", "--schedules", ""), "solve: schedules: '': some of nominal, pointwise, prescribed"),
+        (("hop.toml", "--out", "r", "--schedules", ""), "solve: schedules: '': some of nominal, constant, pointwise"),
         (
             ("hop.toml", "--out", "r", "--variables", "none"),
             "solve: variables = 'none': one of both, speed, twist, all",
@@ -262,7 +262,8 @@ def test_mission_file(capsys, old, new, line):
         (("hop.toml", "--out", "r", "--surrogate", "garbage"), "garbage: not a surrogate"),
         (("hop.toml", "--out", "r", "--surrogate", "cut.nc"), "cut.nc: not a surrogate"),
         (("hop.toml",), "solve: Missing option '--out'"),
-        (("--out", "r"), "solve: Missing argument"),
+        (("--out", "r"), "solve: mission: missing: a mission file, a flown track, or --from with a result.nc"),
+        (("hop.toml", "--out", "r", "--search", "random"), "solve: search = 'random': one of nsga2, batched"),
     ],
 )
 def test_solve(capsys, words, line):

@@ -26,6 +26,7 @@ from vrsopt.console import (
     engine_demand,
     engine_figures,
     engine_settings,
+    given,
     point_figures,
     print_json,
     print_version,
@@ -272,10 +273,10 @@ def solve(
     else:
         request = Request(
             file=mission.name,
-            schedules=tuple(name.strip() for name in (schedules or "nominal,pointwise,trajectory").split(",")),
-            variables=variables or "both",
+            schedules=tuple(name.strip() for name in given(schedules, "nominal,pointwise,trajectory").split(",")),
+            variables=given(variables, "both"),
             objective=None if objective is None else weights(objective),
-            search=search or "batched",
+            search=given(search, "batched"),
             mass=mass,
             isa_offset=isa_offset,
             wind=None if wind_from_deg is None else (wind_from_deg, wind_speed),

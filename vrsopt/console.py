@@ -242,6 +242,11 @@ def check_asked(mission: Path | None, repeated: Path | None, options: Mapping[st
             raise InputError(f"solve: {name} = {value}: not allowed with --from, the result has its own")
 
 
+def given(value: str | None, default: str) -> str:
+    """An option as typed, empty too, or its default."""
+    return default if value is None else value
+
+
 def weights(text: str) -> dict[str, float]:
     """Weights typed as ``fuel=1,nox=30``; raises InputError for what is not of this form."""
     found: dict[str, float] = {}

@@ -27,7 +27,7 @@ class Request(BaseModel):
     """Mission and options of a run. ``file``: name of the mission or track; ``surrogate``: path, None for the shipped
     one, ``surrogate_hash``: of its content. The other fields are the options of :func:`vrsopt.solve`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     file: str
     schedules: tuple[str, ...]
