@@ -49,6 +49,7 @@ class Run:
     pointwise: float
     rate_limited: float
     trajectory: float
+    default_mesh: float  # of the trajectory on the default mesh
     look_ahead: float  # s, what the rate-limited schedule needs to keep the limits
     flyable: dict[str, bool]
 
@@ -127,6 +128,7 @@ def runs(
             "pointwise": pointwise,
             "rate_limited": limited,
             "trajectory": refined_trajectory(grid, setup.make, mesh=FINE, **own).schedule,
+            "default_mesh": refined_trajectory(grid, setup.make, **own).schedule,
         }
         flown = {name: grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
         yield Run(

@@ -189,9 +189,8 @@ def verdict(results: list[Fronts]) -> Iterator[str]:
     yield (
         f"In this model NOx falls with fuel: from the nominal schedule to that of least fuel it falls by "
         f"{min(saved):.1f} to {max(saved):.1f} %, and from there to least NOx by {min(span):.4f} to {max(span):.4f} % "
-        "more. The index of NOx rises with the power of the engines, which is what burns the fuel; what is left is the "
-        "speed of the power turbine, at which an engine makes the same power with slightly other pressure and "
-        "temperature in the combustor."
+        "more. At one flight condition NOx is very nearly a function of the fuel flow alone, whatever rotor speed and "
+        "twist: the lower row of the figure. Least fuel is least NOx, and the front of every step is a point."
     )
     yield ""
     for result in results:
@@ -211,8 +210,8 @@ def page(results: list[Fronts]) -> str:
     lines = [INTRODUCTION, *verdict(results), "![Fronts of fuel and NOx](figures/tradeoff.png)", ""]
     lines += ["## Missions", "", *front_table(results), "## Steps by themselves", "", *step_table(results)]
     lines.append(
-        "Upper row of the figure: constant rotor speeds with the nominal twist, and both fronts, which are a point at this "
-        "scale. Lower row: all that one decision step may do within the limits, and its front."
+        "Upper row of the figure: constant rotor speeds with the nominal twist, and both fronts, which are a point at "
+        "this scale. Lower row: all that one decision step may do within the limits, and its front."
     )
     return "\n".join(lines) + "\n"
 

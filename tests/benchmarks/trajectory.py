@@ -47,7 +47,8 @@ def report(
     grid = FlightGrid(task.profile, task.setup.make, settings=settings)
     flown = grid.fly(trajectory.schedule, takeoff_mass=task.takeoff_mass)
     found = {"iterations": trajectory.iterations, "success": trajectory.success, "fuel_kg": flown.fuel}
-    return {**times, "together_s": sum(times.values()), **found, "nlp_fuel_kg": trajectory.fuel}
+    together = {"together_s": sum(times.values())} if times else {}
+    return {**times, **together, **found, "nlp_fuel_kg": trajectory.fuel}
 
 
 def solve(task: Task) -> dict[str, Any]:
