@@ -164,8 +164,8 @@ def page(results: list[Run]) -> str:
         "",
         "Grey line: 0.1 %, about the error of the surrogate.",
         "",
-        "The trajectories are solved on meshes with steps of 1 s at edges to 10 s. *Default mesh*: what the trajectory on",
-        "the default mesh burns more; it is made for actuators of about 1 %/s and too coarse for slow ones.",
+        "The trajectories are solved on meshes with steps of 1 s at edges to 10 s. *Default mesh*: what the trajectory",
+        "on the default mesh burns more; it is made for actuators of about 1 %/s and too coarse for slow ones.",
         "",
         *run_table(results),
     ]

@@ -22,7 +22,7 @@ class IpoptDriver(om.ScipyOptimizeDriver):
         sizes = [len(np.ravel(value)) for value in self.get_constraint_values().values()]
         lower, upper = self._sides("design_var", self._designvars, [meta["size"] for meta in self._designvars.values()])
         least, most = self._sides("constraint", self._cons, sizes)
-        values = _Values(self, len(start), sum(sizes))
+        values = _Values(self, len(start), sum(sizes), self._pattern(start))
         x = ca.MX.sym("x", len(start))
         f, g = values(x)
         options = {"ipopt.hessian_approximation": "limited-memory", "ipopt.max_iter": self.options["maxiter"]}
@@ -35,6 +35,20 @@ class IpoptDriver(om.ScipyOptimizeDriver):
         self.result.exit_status = solver.stats()["return_status"]
         self.fail = not self.result.success
         return self.fail
+
+    def slopes(self) -> np.ndarray:
+        """Derivatives (1 + constraints, variables) where the model is, as the optimiser sees them."""
+        rows = [*self._objs, *self._cons]
+        return np.asarray(self._compute_totals(of=rows, wrt=self._dvlist, return_format="array"))
+
+    def _pattern(self, start: np.ndarray) -> np.ndarray:
+        """Which derivatives are not zero near ``start``."""
+        random, found = np.random.default_rng(1), np.zeros(0)
+        for _ in range(3):
+            self.place(start + 1e-3 * random.standard_normal(len(start)))
+            slopes = self.slopes() != 0.0
+            found = slopes if not found.size else found | slopes
+        return found
 
     def _sides(self, kind: str, variables: Any, sizes: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of variables or constraints, as the optimiser sees them."""
@@ -56,10 +70,11 @@ class IpoptDriver(om.ScipyOptimizeDriver):
 class _Values(ca.Callback):
     """Objective and constraints of the model of a driver, with their derivatives."""
 
-    def __init__(self, driver: IpoptDriver, inputs: int, outputs: int) -> None:
+    def __init__(self, driver: IpoptDriver, inputs: int, outputs: int, pattern: np.ndarray) -> None:
         super().__init__()
-        self.driver, self.inputs, self.outputs = driver, inputs, outputs
+        self.driver, self.inputs, self.outputs, self.pattern = driver, inputs, outputs, pattern
         self.at: np.ndarray | None = None
+        self.slopes: np.ndarray | None = None  # there, once they were asked for: CasADi asks several times
         self.kept: list[Any] = []
         self.construct("values", {})
 
@@ -80,7 +95,7 @@ class _Values(ca.Callback):
         x = np.array(x).ravel()
         if self.at is None or not np.array_equal(x, self.at):
             self.driver.place(x)
-            self.at = x
+            self.at, self.slopes = x, None
 
     def eval(self, arguments: Any) -> list[Any]:
         self.move(arguments[0])
@@ -102,6 +117,7 @@ class _Slopes(ca.Callback):
     def __init__(self, values: _Values, name: str, options: Any) -> None:
         super().__init__()
         self.values = values
+        self.parts = [self._sparsity(values.pattern[:1]), self._sparsity(values.pattern[1:])]
         self.construct(name, options)
 
     def get_n_in(self) -> int:
@@ -113,12 +129,17 @@ class _Slopes(ca.Callback):
     def get_sparsity_in(self, index: int) -> Any:
         return ca.Sparsity.dense((self.values.inputs, 1, self.values.outputs)[index], 1)
 
+    @staticmethod
+    def _sparsity(pattern: np.ndarray) -> Any:
+        rows, columns = np.nonzero(pattern)
+        return ca.Sparsity.triplet(*pattern.shape, rows.tolist(), columns.tolist())
+
     def get_sparsity_out(self, index: int) -> Any:
-        return ca.Sparsity.dense((1, self.values.outputs)[index], self.values.inputs)
+        return self.parts[index]
 
     def eval(self, arguments: Any) -> list[Any]:
-        values, driver = self.values, self.values.driver
-        values.move(arguments[0])
-        rows = [*driver._objs, *driver._cons]
-        slopes = driver._compute_totals(of=rows, wrt=driver._dvlist, return_format="array")
-        return [slopes[:1], slopes[1:]]
+        self.values.move(arguments[0])
+        if self.values.slopes is None:
+            self.values.slopes = self.values.driver.slopes()
+        slopes = self.values.slopes
+        return [ca.project(ca.DM(rows), part) for rows, part in zip((slopes[:1], slopes[1:]), self.parts, strict=True)]
