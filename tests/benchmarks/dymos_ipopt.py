@@ -8,6 +8,8 @@ import casadi as ca
 import numpy as np
 import openmdao.api as om
 
+ROUNDING = 1e-12  # of a derivative of order one
+
 
 class IpoptDriver(om.ScipyOptimizeDriver):
     """The SciPy driver with another ``run``. There are no second derivatives: IPOPT builds its own approximation."""
@@ -46,7 +48,7 @@ class IpoptDriver(om.ScipyOptimizeDriver):
         random, found = np.random.default_rng(1), np.zeros(0)
         for _ in range(3):
             self.place(start + 1e-3 * random.standard_normal(len(start)))
-            slopes = self.slopes() != 0.0
+            slopes = np.abs(self.slopes()) > ROUNDING
             found = slopes if not found.size else found | slopes
         return found
 
@@ -103,6 +105,12 @@ class _Values(ca.Callback):
         constraints = np.concatenate([np.ravel(value) for value in self.driver.get_constraint_values().values()])
         return [float(np.ravel(objective)[0]), constraints]
 
+    def has_jac_sparsity(self, output: int, argument: int) -> bool:
+        return True
+
+    def get_jac_sparsity(self, output: int, argument: int, symmetric: bool) -> Any:
+        return _sparsity((self.pattern[:1], self.pattern[1:])[output])
+
     def has_jacobian(self) -> bool:
         return True
 
@@ -117,7 +125,7 @@ class _Slopes(ca.Callback):
     def __init__(self, values: _Values, name: str, options: Any) -> None:
         super().__init__()
         self.values = values
-        self.parts = [self._sparsity(values.pattern[:1]), self._sparsity(values.pattern[1:])]
+        self.parts = [_sparsity(values.pattern[:1]), _sparsity(values.pattern[1:])]
         self.construct(name, options)
 
     def get_n_in(self) -> int:
@@ -129,11 +137,6 @@ class _Slopes(ca.Callback):
     def get_sparsity_in(self, index: int) -> Any:
         return ca.Sparsity.dense((self.values.inputs, 1, self.values.outputs)[index], 1)
 
-    @staticmethod
-    def _sparsity(pattern: np.ndarray) -> Any:
-        rows, columns = np.nonzero(pattern)
-        return ca.Sparsity.triplet(*pattern.shape, rows.tolist(), columns.tolist())
-
     def get_sparsity_out(self, index: int) -> Any:
         return self.parts[index]
 
@@ -143,3 +146,9 @@ class _Slopes(ca.Callback):
             self.values.slopes = self.values.driver.slopes()
         slopes = self.values.slopes
         return [ca.project(ca.DM(rows), part) for rows, part in zip((slopes[:1], slopes[1:]), self.parts, strict=True)]
+
+
+def _sparsity(pattern: np.ndarray) -> Any:
+    """Where ``pattern`` is true."""
+    rows, columns = np.nonzero(pattern)
+    return ca.Sparsity.triplet(*pattern.shape, rows.tolist(), columns.tolist())
