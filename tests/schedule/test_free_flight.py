@@ -42,6 +42,7 @@ def test_a_mission_that_leaves_nothing_free_is_left_alone():
     assert free_flight(setup(47.04)) is None
 
 
+@pytest.mark.slow
 def test_best_speed_of_the_nominal_rotor_is_that_of_a_scan():
     one = setup(speed_range_m_s=[35.0, 60.0])
     search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
@@ -54,6 +55,7 @@ def test_best_speed_of_the_nominal_rotor_is_that_of_a_scan():
     )
 
 
+@pytest.mark.slow
 def test_a_limit_ends_the_choice_of_an_altitude():
     """With a margin that is nearly used up as stated, the altitude stays far below that of least fuel, 680 m."""
     data = {"altitude_range_m": [420.0, 800.0], "load": 700.0}
