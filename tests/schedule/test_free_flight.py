@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ WAYS = ("nominal", "scheduled")
 HOP = Path(__file__).parents[1] / "hop.toml"
 
 
-def setup(
+def hop_with(
     site: float = 47.12, limits: dict[str, float] | None = None, load: float = 0.0, **ranges: Any
 ) -> MissionSetup:
     """The hop, to a site further north, with these limits and load [kg], and with these ranges for its cruise."""
@@ -35,16 +36,16 @@ def setup(
 
 @pytest.fixture(scope="module")
 def free() -> MissionSetup:
-    return setup(speed_range_m_s=[35.0, 60.0])
+    return hop_with(speed_range_m_s=[35.0, 60.0])
 
 
 def test_a_mission_that_leaves_nothing_free_is_left_alone():
-    assert free_flight(setup(47.04)) is None
+    assert free_flight(hop_with(47.04)) is None
 
 
 @pytest.mark.slow
 def test_best_speed_of_the_nominal_rotor_is_that_of_a_scan():
-    one = setup(speed_range_m_s=[35.0, 60.0])
+    one = hop_with(speed_range_m_s=[35.0, 60.0])
     search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
     speeds = np.arange(52.0, 55.6, 0.5)
     fuels = [search.flight(search.nominal, np.array([speed]), 4.0).fuel for speed in speeds]
@@ -59,9 +60,9 @@ def test_best_speed_of_the_nominal_rotor_is_that_of_a_scan():
 def test_a_limit_ends_the_choice_of_an_altitude():
     """With a margin that is nearly used up as stated, the altitude stays far below that of least fuel, 680 m."""
     data = {"altitude_range_m": [420.0, 800.0], "load": 700.0}
-    wide = setup(**data)
+    wide = hop_with(**data)
     usage = 1.0 + float(np.max(wide.grid.fly(wide.nominal, takeoff_mass=wide.loading.takeoff_mass).limits[0]))
-    one = setup(**data, limits={"manoeuvre_margin": 1.3 * 0.99 / usage})
+    one = hop_with(**data, limits={"manoeuvre_margin": 1.3 * 0.99 / usage})
     search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
     (best,) = search.best(search.nominal, search.scanned(search.nominal, search.stated))
     limits = search.flight(search.nominal, np.array([best]), 4.0).limits.max(axis=1)
@@ -87,7 +88,21 @@ def test_scheduled_rotor_has_its_own_best_speed(free, monkeypatch):
     assert found.summary()["values"]["tasks[2].speed_m_s"]["nominal_rotor"] == speed["nominal"]
 
 
+def test_polish_steps_to_the_minimum_and_not_where_a_neighbour_can_not_be_flown(monkeypatch):
+    one = setup(speed_range_m_s=[35.0, 60.0])
+    search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
+
+    def flight(make: Any, x: np.ndarray, step: float) -> Any:
+        if x[0] > 52.0:
+            raise InputError("a place further away")
+        return SimpleNamespace(fuel=10.0 + (x[0] - 50.4) ** 2, success=True)
+
+    monkeypatch.setattr(search, "flight", flight)
+    assert search.polished(np.array([50.0])) == pytest.approx([50.4])
+    assert search.polished(np.array([51.5])) == pytest.approx([51.5])  # neighbours are 1 m/s away
+
+
 def test_an_end_that_can_not_be_flown_is_refused_by_field():
     with pytest.raises(InputError) as error:
-        free_flight(setup(47.04, speed_range_m_s=[40.0, 55.0]))
+        free_flight(hop_with(47.04, speed_range_m_s=[40.0, 55.0]))
     assert str(error.value).startswith("tasks[2].speed_m_s = 55, an end of its range: tasks[2].to = 'site': allowed: a")

@@ -227,18 +227,26 @@ class _Search:
     def polished(self, x: np.ndarray) -> np.ndarray:
         """Values (n,) near ``x`` of less trajectory fuel, if there are: the minimum of a parabola in each of them.
 
-        A value on an end of its range stays there, and so do all if the fuel does not fall or a limit breaks.
+        A value next to an end of its range or to what can not be flown stays as it is, and so do all if the fuel does
+        not fall or a limit breaks.
         """
-        centre = self.flight(self.trajectory, x, 1.0)
+        centre = self._trajectory_fuel(x)
         step = POLISH_STEP * (self.upper - self.lower)
         inside = (x - step >= self.lower) & (x + step <= self.upper)
         better = x.copy()
         for k in np.flatnonzero(inside):
             offset = np.where(np.arange(len(x)) == k, step, 0.0)
-            below, above = (self.flight(self.trajectory, x + sign * offset, 1.0).fuel for sign in (-1.0, 1.0))
-            curvature = below - 2.0 * centre.fuel + above
-            if curvature > 0.0:
+            below, above = (self._trajectory_fuel(x + sign * offset) for sign in (-1.0, 1.0))
+            curvature = below - 2.0 * centre + above
+            if np.isfinite(curvature) and curvature > 0.0:
                 better[k] += step[k] * np.clip(0.5 * (below - above) / curvature, -1.0, 1.0)
         better = self._rounded(better)
-        flight = self.flight(self.trajectory, better, 1.0)
-        return better if flight.success and flight.fuel < centre.fuel else x
+        return better if self._trajectory_fuel(better) < centre else x
+
+    def _trajectory_fuel(self, x: np.ndarray) -> float:
+        """Fuel [kg] of the trajectory at values ``x`` (n,), infinite where it breaks a limit or can not be flown."""
+        try:
+            flight = self.flight(self.trajectory, x, 1.0)
+        except InputError:
+            return np.inf
+        return flight.fuel if flight.success else np.inf
