@@ -200,7 +200,7 @@ def _problem(
         ["x", "p", "lam_f", "lam_g"],
         ["hess_gamma_x_x"],
     )
-    f = ca.sum(shares) + OBJECTIVE * nlp.problem["f"]
+    f = ca.dot(ca.DM.ones(shares.numel()), shares) + OBJECTIVE * nlp.problem["f"]
     g = ca.mtimes(P, nlp.problem["g"]) + ca.mtimes(T, x) + ca.mtimes(S, shares)
     options = ipopt_options(tol=1e-7, acceptable_iter=0, nlp_scaling_method="none", max_iter=MAX_ITERATIONS)
     options |= {"jac_g": jac, "hess_lag": hess, "calc_lam_p": False}
