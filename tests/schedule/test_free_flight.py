@@ -89,7 +89,7 @@ def test_scheduled_rotor_has_its_own_best_speed(free, monkeypatch):
 
 
 def test_polish_steps_to_the_minimum_and_not_where_a_neighbour_can_not_be_flown(monkeypatch):
-    one = setup(speed_range_m_s=[35.0, 60.0])
+    one = hop_with(speed_range_m_s=[35.0, 60.0])
     search = _Search(one, one.mission, free_values(one.mission.tasks), one.settings)
 
     def flight(make: Any, x: np.ndarray, step: float) -> Any:
