@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
 from vrsopt.helicopter import ALLOWED, Helicopter, helicopter
-from vrsopt.limits import LIMIT_NAMES, Limits, Setting
+from vrsopt.limits import LIMIT_NAMES, MARGINS, Limits, Setting
 from vrsopt.mission.conditions import Conditions
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.schedule import ON_LIMIT, ScheduleSettings, Variables
@@ -140,8 +140,9 @@ def envelope(
     _check(points, {"mass": masses, "speed": speeds, "altitude": altitudes}, isa_offset)
     check_counts("envelope", workers=(workers, *WORKERS))
     margin = machine.aircraft.blade_loading_limit.manoeuvre_margin if manoeuvre_margin is None else manoeuvre_margin
-    if not 1.0 <= margin <= 2.0:
-        raise InputError(f"envelope: manoeuvre_margin = {margin:g}: a number from 1 to 2")
+    if not MARGINS[0] <= margin <= MARGINS[1]:
+        allowed = f"a number from {MARGINS[0]:g} to {MARGINS[1]:g}"
+        raise InputError(f"envelope: manoeuvre_margin = {margin:g}: {allowed}")
     side = math.ceil(math.sqrt(points / len(masses)))
     axes = {
         "mass": np.array(masses, float),

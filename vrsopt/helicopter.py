@@ -44,6 +44,12 @@ ALLOWED = {
 EASY_SPEED = 30.0  # m/s: about that of least power
 
 
+def allowed_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Least and largest value of each quantity of a flight that a trim is tried for, SI units."""
+    low, high = (end * aircraft.main_rotor.nominal_rotor_speed for end in ALLOWED["rotor_speed"])
+    return {**ALLOWED, "rotor_speed": (low, high)}
+
+
 class Helicopter:
     """Trim and engine of one aircraft, ready to solve many points; keeps nothing between points."""
 
@@ -279,10 +285,9 @@ def trim(
         "twist": rotor.twist if twist is None else twist,
         "cg_shift": cg_shift,
     }
+    ranges = allowed_ranges(machine.aircraft)
     for name, value in flight.items():
-        low, high = ALLOWED[name]
-        if name == "rotor_speed":
-            low, high = low * rotor.nominal_rotor_speed, high * rotor.nominal_rotor_speed
+        low, high = ranges[name]
         if not (math.isfinite(value) and low <= value <= high):
             raise InputError(f"trim: {name} = {value:g}: a number from {low:g} to {high:g}")
     if hub_height is not None:

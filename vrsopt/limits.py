@@ -23,6 +23,7 @@ Setting = Literal["manual", "study"]
 HIGHEST_DEGREE = 3  # of the polynomial through the blade-loading table
 SMALLEST_LIMIT = 0.02  # thrust coefficient over solidity far beyond the table
 ROUNDING = 4e-4  # of a usage, over which the margin of smooth problems gives way to what the nominal rotor has
+MARGINS = (1.0, 2.0)  # least and largest manoeuvre margin that may be asked for
 LIMIT_NAMES = ("blade loading", "engine power", "torque", "turbine temperature", "tail rotor loading")
 
 

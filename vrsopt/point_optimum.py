@@ -24,8 +24,8 @@ from vrsopt.drive_train import engine_parameters, engine_power
 from vrsopt.equilibrium import trim_system
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.flight import trim_parameters
-from vrsopt.helicopter import ALLOWED, Helicopter, helicopter
-from vrsopt.limits import LIMIT_NAMES, Limits, Setting
+from vrsopt.helicopter import Helicopter, allowed_ranges, helicopter
+from vrsopt.limits import LIMIT_NAMES, MARGINS, Limits, Setting
 from vrsopt.quantity import is_number
 from vrsopt.residual import ResidualSystem
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
@@ -37,7 +37,6 @@ ACCEPTED_RESIDUAL = 1e-6  # largest scaled residual of a solution that counts
 SAME_FUEL = 1e-6  # relative: by how much the point solved again may differ
 ACTIVE = 1e-4  # of a usage or of the box: within it a limit or bound is active
 FLIGHT = ("load_factor",)  # beside the parameters of the trim
-MARGINS = (1.0, 2.0)  # of the blade loading
 NOMINAL_BOUNDS = ((0.75, 1.15), (radians(6.0), radians(16.0)))  # of nominal rotor speed; rad
 
 
@@ -253,7 +252,7 @@ def physics_optimum(
     nominal = rotor.nominal_rotor_speed
     _check_choice("variables", variables, ("both", "speed", "twist"))
     _check_choice("setting", setting, get_args(Setting))
-    ranges = {**ALLOWED, "rotor_speed": (ALLOWED["rotor_speed"][0] * nominal, ALLOWED["rotor_speed"][1] * nominal)}
+    ranges = {**allowed_ranges(machine.aircraft), "manoeuvre_margin": MARGINS}
     usual = (NOMINAL_BOUNDS[0][0] * nominal, NOMINAL_BOUNDS[0][1] * nominal)
     speeds = _pair("rotor_speed", usual if rotor_speed_bounds is None else rotor_speed_bounds, ranges)
     twist_bounds = _pair("twist", twist_bounds, ranges)
@@ -273,7 +272,7 @@ def physics_optimum(
     }
     margin = machine.aircraft.blade_loading_limit.manoeuvre_margin if manoeuvre_margin is None else manoeuvre_margin
     for name, value in (*flight.items(), ("manoeuvre_margin", margin)):
-        low, high = MARGINS if name == "manoeuvre_margin" else ranges[name]
+        low, high = ranges[name]
         if not is_number(value) or not low <= value <= high:
             raise InputError(f"optimum of the physics: {name} = {value!r}: a number from {low:g} to {high:g}")
     return _problem(machine.aircraft, setting, margin).solve(flight, bounds=np.array([speeds, twist_bounds]).T)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-FIRST = (1, 2)  # of the parts: value, d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2
-SECOND = ((3, 1, 1), (4, 1, 2), (5, 2, 2))  # a second derivative and the first derivatives that it is made of
+# Of the parts value, d/dx, d/dy, d2/dx2, d2/dxdy, d2/dy2: a second derivative and the first ones that it is made of
+SECOND = ((3, 1, 1), (4, 1, 2), (5, 2, 2))
 
 
 class Jet:

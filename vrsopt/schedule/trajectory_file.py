@@ -77,13 +77,7 @@ def load_trajectory(path: Path | str) -> Trajectory:
         raise InputError(f"{path}: not a complete trajectory: {error.args[0]} is missing") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (
-        ValueError,
-        TypeError,
-        AttributeError,
-        OverflowError,
-        RecursionError,
-    ):  # what text of a stranger's making brings about
+    except UNUSABLE:
         raise InputError(f"{path}: record: not what this program writes") from None
     if structure_hash(trajectory) != attributes.get("structure"):
         raise InputError(f"{path}: structure: does not match its arrays")
