@@ -57,6 +57,7 @@ def test_join_ends_in_its_goal(start, distance, bearing, turned, size):
 @given(start=starts, distance=distances, bearing=angles, size=st.sampled_from(SIZES))
 @example(start=HERE, distance=1e-3, bearing=0.05, size=LEM)
 @example(start=HERE, distance=200.0, bearing=90.0, size=LEM)
+@example(start=Pose(Point(0.0, 7.0), 0.0), distance=0.5, bearing=2.0**-14, size=SIZES[1])
 def test_direct_ends_at_its_target(start, distance, bearing, size):
     target = plane_pose(start, distance * cos(radians(bearing)), across=distance * sin(radians(bearing))).point
     way = direct_to(start, target, **size)

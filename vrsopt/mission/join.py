@@ -23,6 +23,7 @@ from vrsopt.mission.turns import end_of, turn, turn_shape
 CLOSE = 1e-4  # m, ways end this close to where they are meant to
 CLOSE_DEG = 1e-7
 _EXACT = 1e-8  # m
+_NEAR = 1e-6  # m, what the last small turn may leave; aiming a short leg anew would put a corner at its start
 _EXACT_DEG = 1e-10
 _SCAN = 181  # angles, one every 2 degrees of a full circle
 _STEPS = 16  # lengths flown ahead, a quarter of radius and roll length apart
@@ -136,7 +137,7 @@ def _exactly_to(pose: Pose, target: Point, fit: _Fit, turns: _Turns) -> Way | No
     if abs(miss) > CLOSE or straight < -CLOSE:
         return None
     if straight >= SHORTEST:  # aimed anew only where the turn that is missing is too small to be flown
-        way.append(Leg(*end, straight) if abs(miss) < _EXACT else Leg.between(end.point, target))
+        way.append(Leg(*end, straight) if abs(miss) < _NEAR else Leg.between(end.point, target))
     return way
 
 

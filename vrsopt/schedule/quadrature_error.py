@@ -35,22 +35,28 @@ class FinerQuadrature:
         ``unburned`` (N,) [kg] is the mass but for the fuel burned. That is first interpolated between its unknowns and
         then integrated from the flow found so, twice: interpolated alone it would know no more than the collocation.
         """
-        layout, mesh = self.of.layout, self.of.mesh
+        step = self.of.mesh.step
+        fuel = FUEL_SCALE * x[self.of.layout.fuel]
+        mass, *others = self.inputs(x, unburned)
+        for _ in range(3):
+            flow = self.model.evaluate(mass, *others).fuel_flow.reshape(len(step), -1)
+            burned = fuel[:, :1] + step[:, None] * (flow @ self.integral)
+            mass = (unburned[:, None] - burned).ravel()
+        return np.asarray(fuel[:, -1] - fuel[:, 0] - step * (flow @ self.weights))
+
+    def inputs(self, x: np.ndarray, unburned: np.ndarray) -> list[np.ndarray]:
+        """Mass [kg], rotor speed [rad/s], twist [rad] and charged rate [rad/s2] at all points, each (3 N,)."""
+        layout = self.of.layout
+        burned = FUEL_SCALE * x[layout.fuel] @ lagrange(layout.shares, self.shares)
         speed, twist = (
             (x[c.start][:, None] * (1.0 - self.shares) + x[c.end][:, None] * self.shares) * c.scale
             for c in layout.controls
         )
         rate = np.repeat(x[layout.charged_rate] * layout.controls[0].rate_scale, len(self.shares))
-        fuel = FUEL_SCALE * x[layout.fuel]
-        burned = fuel @ _lagrange(layout.shares, self.shares)
-        for _ in range(3):
-            mass = (unburned[:, None] - burned).ravel()
-            flow = self.model.evaluate(mass, speed.ravel(), twist.ravel(), rate).fuel_flow.reshape(burned.shape)
-            burned = fuel[:, :1] + mesh.step[:, None] * (flow @ self.integral)
-        return np.asarray(fuel[:, -1] - fuel[:, 0] - mesh.step * (flow @ self.weights))
+        return [(unburned[:, None] - burned).ravel(), speed.ravel(), twist.ravel(), rate]
 
 
-def _lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Values (n, m) at ``at`` (m,) of the polynomials that are one at one of the ``nodes`` (n,) and zero at others."""
     others = [np.delete(nodes, k) for k in range(len(nodes))]
     return np.array(

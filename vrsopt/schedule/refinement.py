@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vrsopt.schedule.additions import Additions
-from vrsopt.schedule.bounds import Corridor, LimitBounds
+from vrsopt.schedule.bounds import Bounds, Corridor, LimitBounds
 from vrsopt.schedule.carry_over import carried_over
 from vrsopt.schedule.crossings import Crossings
 from vrsopt.schedule.layout import FUEL_SCALE
@@ -35,7 +35,8 @@ logger = logging.getLogger(__name__)
 MAX_ROUNDS = 5
 CHANGE = 5e-5  # of the fuel of the flight from one mesh to the next: less is not worth another one
 QUADRATURE = 1e-5  # of the fuel: a smaller sum of the mesh errors splits nothing
-RESOLUTION = 1e-5  # of the fuel: a smaller sum of what straight pieces cost splits nothing
+RESOLUTION = 2e-5  # of the fuel: a smaller sum of what straight pieces cost splits nothing
+LEFT = 0.25  # of what is allowed: intervals that are not split lose no more together
 CHECKED_LIMIT = 0.9 * ON_LIMIT
 SHORTEST = 0.2  # of an interval: no part of it is shorter
 
@@ -168,7 +169,8 @@ def _split_as_needed(
         split = dict(zip(*broken_intervals(problem.mesh, flight, excess), strict=True))
         if len(fuel) == 1 or abs(fuel[-1] - fuel[-2]) > CHANGE * fuel[-1]:
             middle = problem.mesh.start + 0.5 * problem.mesh.step
-            split = {interval: middle[interval] for interval in coarse_intervals(problem, last)} | split
+            bounds = problem.bounds(takeoff_mass, settings=settings, limits=limits, corridor=corridor)
+            split = {interval: middle[interval] for interval in coarse_intervals(problem, last, bounds)} | split
         if not split:
             break
         logger.debug("trajectory: round %d, %d of %d intervals split", len(rounds), len(split), len(problem.mesh))
@@ -194,18 +196,18 @@ def _unless_broken(trajectory: Trajectory, broken: tuple[Violation, ...]) -> Tra
     return replace(trajectory, schedule=replace(trajectory.schedule, **verdict), **verdict)
 
 
-def coarse_intervals(problem: TrajectoryProblem, trajectory: Trajectory) -> list[int]:
+def coarse_intervals(problem: TrajectoryProblem, trajectory: Trajectory, bounds: Bounds) -> list[int]:
     """Intervals in which the mesh is too coarse for the quadrature, or for the schedule to bend as it would."""
     quadrature = _largest(np.abs(trajectory.mesh_error), QUADRATURE * trajectory.fuel)
-    return sorted({*quadrature, *_largest(resolution_loss(problem, trajectory), RESOLUTION * trajectory.fuel)})
+    return sorted({*quadrature, *_largest(resolution_loss(problem, trajectory, bounds), RESOLUTION * trajectory.fuel)})
 
 
 def _largest(loss: np.ndarray, allowed: float) -> list[int]:
-    """Indices of the largest losses, so many that the others add up to a tenth of what is ``allowed``; none if the sum
-    of all is allowed."""
+    """Indices of the largest losses, so many that the others add up to LEFT of what is ``allowed``; none if the sum of
+    all is allowed."""
     order = np.argsort(-loss)
     rest = loss.sum() - np.cumsum(loss[order])
-    enough = int(np.sum(rest > 0.1 * allowed)) + 1
+    enough = int(np.sum(rest > LEFT * allowed)) + 1
     return order[:enough].tolist() if loss.sum() > allowed else []
 
 

@@ -42,7 +42,9 @@ from vrsopt.solvers.status import Status
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Profile
 
-OPTIONS = {"tol": 1e-7, "acceptable_iter": 0, "nlp_scaling_method": "none", "max_iter": 300}
+OPTIONS = {"acceptable_iter": 0, "nlp_scaling_method": "none", "max_iter": 300}
+# The barrier leaves a share of the objective that grows with the tolerance and the number of rows
+TOLERANCE, TOLERANCE_INTERVALS = 1e-7, 200
 __all__ = ["Arc", "Corridor", "Trajectory", "TrajectoryProblem"]
 
 
@@ -108,7 +110,7 @@ class TrajectoryProblem:
             cost=None if self.additions.cost is None else nodes[0].outputs - 1,
         )
         self.nlp = assemble(list(zip(nodes, counts.tolist(), strict=True)), self._maps)
-        self._ipopt = dict(ipopt or {})
+        self._ipopt = {"tol": TOLERANCE * min(1.0, TOLERANCE_INTERVALS / len(self.mesh)), **(ipopt or {})}
         self._solvers: dict[bool, Any] = {}
         self._solver(warm=False)
         self.build_s = clock.perf_counter() - begin
@@ -132,7 +134,8 @@ class TrajectoryProblem:
         return Box(place, self._maps.constant[e.state_row[lead]], lightest, heaviest)
 
     @cached_property
-    def _finer(self) -> FinerQuadrature:
+    def finer(self) -> FinerQuadrature:
+        """The aircraft at the points of a better quadrature than the transcription's."""
         return FinerQuadrature(self.profile, self.make_path_model, self.discretisation)
 
     def _solver(self, *, warm: bool) -> Any:
@@ -143,10 +146,11 @@ class TrajectoryProblem:
             try:
                 self._solvers[warm] = ca.nlpsol("trajectory", "ipopt", self.nlp.problem, {**options, **functions})
             except RuntimeError as error:  # of an option or its value
-                raise InputError(f"trajectory: ipopt = {self._ipopt}: {str(error).strip().splitlines()[-1]}") from None
+                told = str(error).strip().splitlines()[-1]
+                raise InputError(f"trajectory: ipopt = {self._as_made['ipopt']}: {told}") from None
         return self._solvers[warm]
 
-    def _unburned(self, takeoff_mass: float) -> np.ndarray:
+    def unburned(self, takeoff_mass: float) -> np.ndarray:
         """Mass (N,) [kg] in each interval but for the fuel burned."""
         return takeoff_mass + np.cumsum(self.profile.mass_changes)[self.mesh.segment]
 
@@ -212,7 +216,7 @@ class TrajectoryProblem:
 
     def schedule(self, x: np.ndarray, takeoff_mass: float) -> tuple[Schedule, np.ndarray]:
         """Schedule of any x, and the mass [kg] at its nodes."""
-        return results.scheduled(self.discretisation, self.nodes, self._at, x, self._unburned(takeoff_mass))
+        return results.scheduled(self.discretisation, self.nodes, self._at, x, self.unburned(takeoff_mass))
 
     def solve(
         self,
@@ -256,7 +260,7 @@ class TrajectoryProblem:
         regularisation = float(self._maps.penalty @ x**2) * optimum.unit
         error = np.full(len(self.mesh), np.nan)
         if coefficients is None and verdict["success"]:
-            error = self._finer.error(x, self._unburned(takeoff_mass))
+            error = self.finer.error(x, self.unburned(takeoff_mass))
         return Trajectory(
             schedule=replace(schedule, **verdict),
             fuel=float(x[self.discretisation.layout.fuel[-1, -1]]) * FUEL_SCALE,
@@ -293,7 +297,7 @@ class TrajectoryProblem:
             return {
                 "success": True,
                 "status": status,
-                "message": f"optimal to {self._ipopt.get('tol', OPTIONS['tol']):g}",
+                "message": f"optimal to {self._ipopt['tol']:.2g}",
             }
         found = diagnose(self, takeoff_mass, bounds=optimum.bounds, x0=x0, p=p, g=optimum.g, stats=stats)
         return {"success": False, "status": found.status, "message": found.message}
