@@ -92,8 +92,8 @@ def _slopes(model: PathModel, nodes: list[np.ndarray], row: int, small: float, s
 
 def _by_rate(model: PathModel, nodes: list[np.ndarray]) -> np.ndarray:
     """Derivative of the fuel flow at the ``nodes`` by the rate of the rotor speed."""
-    *states, rate = nodes
-    low, high = (model.evaluate(*states, rate + side).fuel_flow for side in (-RATE_STEP, RATE_STEP))
+    mass, speed, twist, rate = nodes
+    low, high = (model.evaluate(mass, speed, twist, rate + side).fuel_flow for side in (-RATE_STEP, RATE_STEP))
     return np.asarray((high - low) / (2.0 * RATE_STEP))
 
 
