@@ -151,15 +151,19 @@ class NodePhysics:
         if rotors.ground_idle:
             idle = ground_idle(self.machine.engine, altitude=flight["altitude"], isa_offset=self.isa_offset)
             return Engines(idle, idle.outputs["power"], nothing)
-        charged = rate if self.spin_down_credit else max(rate, 0.0)
-        kinetic = self.inertia * flight["rotor_speed"] * charged
-        power = float(engine_power(self.machine.aircraft, self.machine.engine, rotors.power + kinetic))
+        demand = rotors.power + self.kinetic_power(rotors, rate)
+        power = float(engine_power(self.machine.aircraft, self.machine.engine, demand))
         state = self._state(power, flight)
         usages = nothing
         if rotors.trim is not None:
             usages = np.array(list(self.machine.usages(flight, rotors.trim, state, power, self.limits).values()))
         self._engines = Engines(state, power, usages)
         return self._engines
+
+    def kinetic_power(self, rotors: Rotors, rate: float) -> float:
+        """Power [W] that changes the rotor speed at ``rate`` [rad/s2], as far as it is charged or credited."""
+        charged = rate if self.spin_down_credit else max(rate, 0.0)
+        return self.inertia * rotors.flight["rotor_speed"] * charged
 
     def _state(self, power: float, flight: Mapping[str, float]) -> Solution:
         place = self._with_turbine_speed(power, flight)

@@ -24,9 +24,10 @@ from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
 from vrsopt.schedule.emissions import Emitted, emitted
 from vrsopt.schedule.flight_nodes import STEP, flight_nodes
-from vrsopt.schedule.physics_node import Engines, NodePhysics, Transmission
+from vrsopt.schedule.physics_node import Engines, NodePhysics, Rotors, Transmission
 from vrsopt.schedule.quadrature import filled, per_segment, smooth_error, sparse
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule
+from vrsopt.schedule.shaft_power import PARTS, ShaftPower, parts_of
 from vrsopt.surrogate.emission_table import flows_of_fits
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class PhysicsFlight:
     fuel [kg] burned, quadrature_error [kg] (against Simpson's rule); mass (N,) [kg], fuel_flow (N,) [kg/s] with the
     power that speeds up the rotor; usages (m, N) of LIMIT_NAMES, nan in idle; residual_norm: the largest of trim and
     engine. ``emissions`` were solved at the nodes ``emission_nodes``; None if the flight was not solved.
+    ``shaft_power`` says where the power goes; None if that is not known.
     """
 
     segment: np.ndarray
@@ -61,6 +63,7 @@ class PhysicsFlight:
     emissions: Emitted | None
     success: bool
     message: str
+    shaft_power: ShaftPower | None = None
 
 
 class PhysicsPilot:
@@ -75,6 +78,7 @@ class PhysicsPilot:
         rotor_speed, twist = schedule.at(np.asarray(nodes.segment), np.asarray(nodes.time))
         sides, inlets = np.full((count, 2), np.nan), np.full((count, 2, len(INLET)), np.nan)
         mass, usages = np.full(count, np.nan), np.full((len(LIMIT_NAMES), count), np.nan)
+        parts, speeds = np.full((len(PARTS), count, 2), np.nan), np.full((count, 2), np.nan)
         message, here = "", takeoff_mass
         for i in range(count):
             first = i == 0 or nodes.segment[i] != nodes.segment[i - 1]
@@ -86,7 +90,8 @@ class PhysicsPilot:
             predicted = here if first else here - sides[i - 1, 1] * (nodes.time[i] - nodes.time[i - 1])
             rates = (after, after) if first else (before, before) if last else (before, after)
             try:
-                both = self._sides(nodes, i, mass=predicted, rotor_speed=rotor_speed[i], twist=twist[i], rates=rates)
+                rotors = physics.rotors(nodes, i, mass=predicted, rotor_speed=rotor_speed[i], twist=twist[i])
+                both = self._sides(rotors, rates)
             except NoSolutionError as error:
                 task = profile.segments[nodes.segment[i]].task
                 message = f"no physics at {nodes.time[i]:.0f} s ({task}): {error}"
@@ -94,16 +99,16 @@ class PhysicsPilot:
             usages[:, i] = np.maximum(both[0].usages, both[1].usages)
             inlets[i] = [[side.state.outputs[name] for name in INLET.values()] for side in both]
             sides[i] = [physics.engines * side.state.outputs["fuel_flow"] for side in both]
+            speeds[i] = [side.state.parameters["power_turbine_speed"] for side in both]
+            parts[:, i] = np.transpose([parts_of(physics, rotors, *one) for one in zip(both, rates, strict=True)])
             if not first:
                 here -= 0.5 * (sides[i - 1, 1] + sides[i, 0]) * (nodes.time[i] - nodes.time[i - 1])
             mass[i] = here
-        return self._judged(profile, nodes, mass, sides, inlets, usages, message)
+        flight = self._judged(profile, nodes, mass, sides, inlets, usages, message)
+        return replace(flight, shaft_power=ShaftPower(parts, sides, speeds)) if math.isfinite(flight.fuel) else flight
 
-    def _sides(
-        self, nodes: Conditions, i: int, *, mass: float, rotor_speed: float, twist: float, rates: tuple[float, float]
-    ) -> tuple[Engines, Engines]:
-        """One engine before and after node ``i``, with the rates [rad/s2] of the rotor speed there."""
-        rotors = self.physics.rotors(nodes, i, mass=mass, rotor_speed=rotor_speed, twist=twist)
+    def _sides(self, rotors: Rotors, rates: tuple[float, float]) -> tuple[Engines, Engines]:
+        """One engine before and after a node, with the rates [rad/s2] of the rotor speed there."""
         before = self.physics.engine(rotors, rates[0])
         return before, before if rates[1] == rates[0] else self.physics.engine(rotors, rates[1])
 
