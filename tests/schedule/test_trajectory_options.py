@@ -178,7 +178,7 @@ def test_without_credit_what_slows_the_rotor_down_is_lost(errand, make_model):
     assert lost.success and lost.fuel > credit.fuel
     problem = TrajectoryProblem(errand, make_model(), settings=replace(FREE, spin_down_credit=False))
     rate, charged = (lost.x[problem.columns.where(family)] for family in ("rotor speed rate", "charged rate"))
-    assert rate.min() < -0.05
+    assert rate.min() < -0.01  # ten times what the charged rate may be off
     np.testing.assert_allclose(charged, np.maximum(rate, 0.0), atol=1e-3)
 
 

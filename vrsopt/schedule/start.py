@@ -7,19 +7,25 @@ from typing import Any
 
 import numpy as np
 
+from vrsopt.schedule.bounds import Bounds
 from vrsopt.schedule.nlp import Maps, Nlp
 from vrsopt.schedule.rows import Discretisation
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 
 FUEL_SWEEPS = 3
 ASIDE = 0.02  # of rotor speed and twist
-# Options of IPOPT. Cold: a tenth of its own, as the unknowns are of order one and the objective per interval is not.
-COLD = {"mu_init": 1e-2}
+AWAY = 1e-5  # of an unknown's scale: farther from its bound a start does not feel it
+# Options of IPOPT. Each barrier problem is solved to this factor times its parameter, three times IPOPT's own: Newton's
+# method can go round in circles at an early one that nobody needs.
+BARRIER = {"barrier_tol_factor": 30.0}
+# Cold: a tenth of its own, as the unknowns are of order one and the objective per interval is not.
+COLD = {**BARRIER, "mu_init": 1e-2}
 # Warm: at the end of the central path, with the multipliers known there is no need to walk it again; where they lead
 # astray it shows soon
 PUSHES = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
 WARM = {
-    "mu_init": 1e-8,
+    **BARRIER,
+    "mu_init": 3e-9,
     "max_iter": 80,
     "warm_start_init_point": "yes",
     **{f"warm_start_{push}": 1e-6 for push in PUSHES},
@@ -40,6 +46,11 @@ def within_rates(schedule: Schedule, settings: ScheduleSettings) -> Schedule:
             value = np.maximum(np.maximum.accumulate((value - climb)[::-1])[::-1] + climb, value)
         raised.append(value)
     return replace(schedule, rotor_speed=raised[0], twist=raised[1])
+
+
+def still_felt(lam_x: np.ndarray, x: np.ndarray, bounds: Bounds) -> np.ndarray:
+    """Multipliers ``lam_x`` of bounds that ``x`` is at; none of those that have moved away from it, as a wider rate."""
+    return np.where((x > bounds.lbx + AWAY) & (x < bounds.ubx - AWAY), 0.0, lam_x)
 
 
 def start_on(

@@ -33,7 +33,7 @@ from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.quadrature_error import FinerQuadrature
 from vrsopt.schedule.rows import Discretisation, make_rows
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
-from vrsopt.schedule.start import COLD, WARM, start_on, within_rates
+from vrsopt.schedule.start import COLD, WARM, start_on, still_felt, within_rates
 from vrsopt.schedule.trajectory_solution import Arc, Trajectory
 from vrsopt.schedule.transcription import Transcription
 from vrsopt.solvers.ipopt import ipopt_options, ipopt_status
@@ -245,7 +245,7 @@ class TrajectoryProblem:
         arguments: dict[str, Any] = {**bounds.arguments(), "x0": x0}
         if isinstance(initial, Trajectory) and warm:
             ratio = float(p[1]) / initial.cost_factor if self.additions.cost is not None else 1.0  # of the objective
-            arguments |= {"lam_x0": ratio * initial.lam_x, "lam_g0": ratio * initial.lam_g}
+            arguments |= {"lam_x0": ratio * still_felt(initial.lam_x, x0, bounds), "lam_g0": ratio * initial.lam_g}
         solver, wasted = self._solver(warm=warm), 0
         values = solver(p=p, **arguments)
         if warm and ipopt_status(solver.stats()) is not Status.CONVERGED:  # its multipliers have led astray
