@@ -13,6 +13,7 @@ from vrsopt.schedule.decision import decision_nodes
 from vrsopt.schedule.mesh import Grading, Mesh, MeshOptions, graded_steps, make_mesh
 from vrsopt.schedule.refinement import broken_intervals, refined_trajectory
 from vrsopt.schedule.refly import FlightGrid
+from vrsopt.schedule.resolution import resolution_loss
 from vrsopt.schedule.schedule import ScheduleSettings
 from vrsopt.schedule.smoothness import smoothness
 from vrsopt.schedule.trajectory import TrajectoryProblem
@@ -123,6 +124,21 @@ def test_default_mesh_is_as_good_as_a_fine_one(turns, make_model):
         assert solution.success and abs(solution.fuel / flight.fuel - 1.0) < 5e-5
         fuel.append(flight.fuel)
     assert fuel[0] == pytest.approx(fuel[1], rel=5e-5)
+
+
+def test_slow_actuators_split_the_mesh_by_as_much_as_they_lose(turns, make_model):
+    """Between turns a slow rotor dips as far as its rate lets it, which one straight piece can not."""
+    model, slow = make_model(blade_loading_limit=0.07), ScheduleSettings(rotor_speed_rate=0.001 * 44.4)
+    grid = FlightGrid(turns, model, settings=slow)
+    fine = MeshOptions(first_step=0.8, growth=1.2, largest_step=4.0, most_intervals=5000)
+    coarse, best = (TrajectoryProblem(turns, model, settings=slow, mesh=mesh) for mesh in (None, fine))
+    found = coarse.solve(1900.0)
+    flown, least = (grid.fly(t.schedule, takeoff_mass=1900.0).fuel for t in (found, best.solve(1900.0)))
+    assert flown > least * (1.0 + 1e-4)
+    assert resolution_loss(coarse, found, coarse.bounds(1900.0)).sum() == pytest.approx(flown - least, rel=0.4)
+    refined = refined_trajectory(grid, model, takeoff_mass=1900.0, settings=slow)
+    assert len(refined.mesh) < 0.7 * len(best.mesh)
+    assert grid.fly(refined.schedule, takeoff_mass=1900.0).fuel == pytest.approx(least, rel=3e-5)
 
 
 def test_a_limit_broken_between_nodes_splits_the_mesh(turns, make_model):
