@@ -22,7 +22,7 @@ COLOURS = (BLACK, BLUE, SKY, GREEN, ORANGE, PURPLE)
 SMALL = 0.1  # %, below which an advantage is lost in the error of the surrogate
 LOW = f"{NAP} changes of speed"  # name of the nap-of-the-earth flight
 SMALL_PRINT = 7
-FLOWN = ("nominal", "constant", "rate_limited", "pointwise", "default_mesh")
+FLOWN = ("nominal", "constant", "rate_limited", "pointwise")
 
 
 def of(results: list[Run], **wanted: object) -> list[Run]:
@@ -60,7 +60,6 @@ def run_table(results: list[Run]) -> Iterator[str]:
         "constant %",
         "rate limited %",
         "raw %",
-        "default mesh %",
     )
     yield from table((*header, "look-ahead s", "not flyable"), rows)
 
@@ -163,9 +162,6 @@ def page(results: list[Run]) -> str:
         "![Advantage against actuator rate and changes of speed](figures/agility.png)",
         "",
         "Grey line: 0.1 %, about the error of the surrogate.",
-        "",
-        "The trajectories are solved on meshes with steps of 1 s at edges to 10 s. *Default mesh*: what the trajectory",
-        "on the default mesh burns more; it is made for actuators of about 1 %/s and too coarse for slow ones.",
         "",
         *run_table(results),
     ]

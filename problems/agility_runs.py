@@ -12,7 +12,6 @@ import numpy as np
 from vrsopt.mission.file import Mission, mission_from, read_mission
 from vrsopt.schedule.constant import best_constant_schedule
 from vrsopt.schedule.limiter import rate_limited_schedule
-from vrsopt.schedule.mesh import MeshOptions
 from vrsopt.schedule.mission_setup import MissionSetup
 from vrsopt.schedule.pointwise import pointwise_schedule
 from vrsopt.schedule.refinement import refined_trajectory
@@ -27,8 +26,6 @@ SPEEDS = (15.0, 45.0)  # m/s, between which the flight goes
 ACCELERATION = 2.0  # m/s2 at most
 FEW_RATES = (0.1, 0.2, 1.0)
 SLOW_TWIST, SLOW_TWIST_RATES = 0.1, (0.2, 0.5, 1.0)  # deg/s of twist per %/s of rotor speed
-# Slow actuators begin to move long before a roll or a change of speed, where the default mesh has long steps
-FINE = MeshOptions(first_step=1.0, growth=1.2, largest_step=10.0, most_intervals=1200)
 LOAD, HEAVY = 300.0, 800.0  # kg
 MISSIONS, SHIPPED = ("patm", "lem", "sarm"), -1
 HEIGHT, LAST = 50.0, 1600.0  # m, above the field; more way than the speeds would take, for the climb and the stop
@@ -49,7 +46,6 @@ class Run:
     pointwise: float
     rate_limited: float
     trajectory: float
-    default_mesh: float  # of the trajectory on the default mesh
     look_ahead: float  # s, what the rate-limited schedule needs to keep the limits
     flyable: dict[str, bool]
 
@@ -127,8 +123,7 @@ def runs(
             "constant": best_constant_schedule(grid, **own),
             "pointwise": pointwise,
             "rate_limited": limited,
-            "trajectory": refined_trajectory(grid, setup.make, mesh=FINE, **own).schedule,
-            "default_mesh": refined_trajectory(grid, setup.make, **own).schedule,
+            "trajectory": refined_trajectory(grid, setup.make, **own).schedule,
         }
         flown = {name: grid.fly(schedule, takeoff_mass=mass) for name, schedule in schedules.items()}
         yield Run(
