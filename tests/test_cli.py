@@ -1,8 +1,11 @@
 """The command line: what each sub-command prints and writes, and that the words agree with the Python verbs."""
 
+import contextlib
 import json
 import math
 import os
+import pty
+import re
 import shutil
 import signal
 import sqlite3
@@ -295,11 +298,132 @@ def test_solve_table_and_variants(capsys, tmp_path, mission):
     assert {"speed_only", "twist_only"} <= set(json.loads((folder / "summary.json").read_text()))
 
 
-def test_help_of_every_command_has_an_example(capsys):
-    for verb in ("trim", "engine", "sample", "export", "add-points", "fit", "solve"):
-        code, out, err = run(capsys, verb, "--help")
-        assert (code, err) == (0, "")
-        assert f"  vrsopt {verb} " in out and "Example" in out
+COMMANDS = ("trim", "engine", "sample", "export", "add-points", "fit", "envelope", "new", "solve")
+
+
+def test_help_lists_every_command_with_a_whole_sentence(capsys):
+    code, out, err = run(capsys, "--help")
+    listed = [line.split(None, 1) for line in out.partition("Commands:")[2].partition("Examples:")[0].splitlines()]
+    described = {words[0]: words[1] for words in listed if words}
+    assert (code, err, tuple(described)) == (0, "", COMMANDS)
+    assert all(text.endswith(".") and not text.endswith("...") for text in described.values())
+
+
+@pytest.mark.parametrize("verb", ("", *COMMANDS))
+def test_help_ends_with_examples_that_can_be_typed(capsys, verb):
+    code, out, err = run(capsys, *verb.split(), "--help")
+    assert (code, err) == (0, "")
+    body, _, shown = out.partition("\n  Examples:\n")
+    pairs = shown.rstrip("\n").split("\n")
+    assert "Options:" in body and len(pairs) >= 2
+    for what, typed in zip(pairs[::2], pairs[1::2], strict=True):
+        assert what.startswith("    ") and what.endswith(":")
+        words = typed.removeprefix("      ").split()
+        assert words[0] == "vrsopt" and words[1] in ((verb,) if verb and verb != "new" else COMMANDS)
+        options = {word for word in words if word.startswith("--")}
+        assert options <= set(run(capsys, words[1], "--help")[1].split()), typed
+
+
+def on_terminal(*words: str, **environment: str) -> tuple[int, str, str]:
+    """Exit code, standard output and, of a terminal, standard error of a command line."""
+    terminal, end = pty.openpty()
+    command = [sys.executable, "-m", "vrsopt", *words]
+    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "100", **environment}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=end, env=environment)
+    os.close(end)
+    shown = b""
+    with contextlib.suppress(OSError):  # what Linux says when nobody writes any more
+        while part := os.read(terminal, 4096):
+            shown += part
+    os.close(terminal)
+    out = process.communicate()[0]
+    return process.returncode, out.decode(), shown.decode()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="terminals")
+def test_progress_is_for_terminals_and_goes_when_quiet():
+    words = ("engine", "--power-kw", "200", "--json")
+    (code, out, shown), quiet = on_terminal(*words, NO_COLOR="1"), on_terminal(*words, "--quiet")
+    assert code == 0 and json.loads(out)["success"]
+    assert "engine" in shown and "0:00:0" in shown
+    assert not re.search(r"\x1b\[(3[0-7]|9[0-7]|38;)", shown)  # colours
+    assert quiet == (0, out, "")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="terminals")
+def test_a_bar_stays_out_of_what_is_redirected(tmp_path):
+    words = ("envelope", "--points", "30", "--masses", "2000", "--out", str(tmp_path / "envelope"), "--json")
+    code, out, shown = on_terminal(*words)
+    assert code == 0 and json.loads(out)["success"]
+    assert "envelope" in shown and "100%" in shown
+
+
+def test_quiet_leaves_results_and_errors(capsys, tmp_path):
+    words = ("trim", "--mass", 2200, "--speed", 30, "--out", tmp_path / "point")
+    loud, quiet = run(capsys, *words), run(capsys, *words, "-q")
+    assert (loud[0], quiet[0], quiet[2]) == (0, 0, "")
+    assert loud[1].splitlines()[:-1] == quiet[1].splitlines() and "rotor_maps.png" in loud[1].splitlines()[-1]
+    assert run(capsys, "engine", "--power-kw", 400, "--quiet")[2].startswith("vrsopt: engine: power 400.0 kW can not")
+    assert run(capsys, "new", tmp_path / "mine.toml", "--quiet") == (0, "", "")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_for_shells(capsys, monkeypatch, shell):
+    monkeypatch.setattr("shellingham.detect_shell", lambda: (shell, f"/bin/{shell}"))
+    code, script, err = run(capsys, "--show-completion")
+    assert (code, err) == (0, "") and "_VRSOPT_COMPLETE" in script and f"complete_{shell}" in script
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("vrsopt so", ["solve"]),
+        ("vrsopt e", ["engine", "export", "envelope"]),
+        ("vrsopt solve --wind", ["--wind-from-deg", "--wind-speed"]),
+    ],
+)
+def test_completion_offers_commands_and_options(capsys, monkeypatch, typed, offered):
+    for name, value in (("_VRSOPT_COMPLETE", "complete_bash"), ("COMP_WORDS", typed)):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv("COMP_CWORD", str(len(typed.split()) - 1))
+    code, out, err = run(capsys)
+    assert (code, out.split(), err) == (0, offered, "")
+
+
+def test_new_mission_is_read_and_never_overwritten(capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    code, out, err = run(capsys, "new", path)
+    assert (code, err) == (0, "") and f"vrsopt solve {path} --out results/mine" in out
+    assert len(vrsopt.read_mission(path).tasks) > 10
+    path.write_text("mine")
+    assert run(capsys, "new", path) == (2, "", f"vrsopt: {path}: exists already: name another file\n")
+    assert path.read_text() == "mine"
+    assert run(capsys, "new", tmp_path / "mine.txt")[2].endswith("mine.txt: a name that ends in .toml\n")
+    nowhere = tmp_path / "nowhere" / "mine.toml"
+    assert run(capsys, "new", nowhere)[2] == f"vrsopt: {nowhere}: can not be written: No such file or directory\n"
+
+
+def test_what_is_misspelled_is_named_with_what_may_be_meant(capsys, tmp_path):
+    assert run(capsys, "slove")[2] == "vrsopt: No such command 'slove'. Did you mean 'solve'? See vrsopt --help\n"
+    assert (
+        "No such option: --rotor-speed (Possible options: --rotor-speed-percent, --speed); see"
+        in (run(capsys, "trim", "--mass", 2200, "--speed", 30, "--rotor-speed", 90)[2])
+    )
+    path = tmp_path / "mine.toml"
+    run(capsys, "new", path)
+    path.write_text(path.read_text().replace("speed_m_s = 55.0", "speed_kt = 107.0"))
+    error = run(capsys, "solve", path, "--out", tmp_path / "results")[2]
+    assert f"{path}: tasks[3].speed_m_s: missing; unknown key beside it: 'speed_kt'" in error
+
+
+@pytest.mark.slow
+def test_new_mission_is_solved_as_it_is(capsys, tmp_path):
+    path, folder = tmp_path / "mine.toml", tmp_path / "results"
+    assert run(capsys, "new", path)[0] == 0
+    figures = run_json(capsys, "solve", path, "--out", folder, "--schedules", "nominal,trajectory")
+    assert figures["schedules"]["trajectory"]["success"]
+    assert figures["schedules"]["trajectory"]["fuel_physics_delta_percent"] < -5.0
 
 
 def test_help_says_where_the_shift_of_the_centre_of_gravity_comes_from(capsys):

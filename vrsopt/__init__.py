@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from vrsopt.turboshaft.data import EngineData, load_engine
     from vrsopt.turboshaft.performance import EngineResult, engine
 
-    __version__: str
+__version__ = "0.6.0"
 
 __all__ = [
     "Aircraft",
@@ -134,12 +134,8 @@ _NAMES_AT_HOME = {"load_surrogate": "load"}  # where it differs
 
 def __getattr__(name: str) -> Any:
     """A public name, imported from its module when it is first used (PEP 562)."""
-    if name == "__version__":
-        from importlib.metadata import version
-
-        value: Any = version("vrsopt")
-    elif name in _HOMES:
-        value = getattr(import_module(_HOMES[name]), _NAMES_AT_HOME.get(name, name))
+    if name in _HOMES:
+        value: Any = getattr(import_module(_HOMES[name]), _NAMES_AT_HOME.get(name, name))
     else:
         raise AttributeError(f"module 'vrsopt' has no attribute {name!r}")
     globals()[name] = value
@@ -147,4 +143,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*globals(), *__all__})

@@ -60,7 +60,8 @@ def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
     except UsageError as error:
         command = error.ctx.command_path if error.ctx is not None else "vrsopt"
         where = command.removeprefix("vrsopt").strip()
-        message = f"{where + ': ' if where else ''}{error.format_message().rstrip('.')}; see {command} --help"
+        said = error.format_message().rstrip(".")
+        message = f"{where + ': ' if where else ''}{said}{' See' if said.endswith('?') else '; see'} {command} --help"
         return _failed(BAD_INPUT, message, words)
     except InputError as error:
         return _failed(BAD_INPUT, str(error), words)
@@ -75,6 +76,8 @@ def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
         return _failed(BAD_INPUT, f"{error.filename}: {error.strerror}", words)
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
+    except SystemExit as end:  # typer's way to end after completion
+        code = end.code
     if code == INTERRUPTED:  # typer may have turned the interrupt into this code
         complain("interrupted")
     return int(code or 0)
@@ -100,6 +103,17 @@ def print_version(wanted: bool) -> None:
 
         print(f"vrsopt {__version__}, model {MODEL_VERSION}, data {helicopter().data_hash}")
         raise typer.Exit()
+
+
+def told(quiet: bool) -> bool:
+    """Whether progress is shown: to a reader at a terminal who has not asked for ``quiet``."""
+    return not quiet and sys.stderr.isatty()
+
+
+def print_files(folder: Path | None, files: Sequence[Path], *, quiet: bool) -> None:
+    """Print which ``files`` were written into ``folder``, unless none or ``quiet``."""
+    if folder is not None and files and not quiet:
+        print(f"{folder}: {', '.join(sorted(str(file.relative_to(folder)) for file in files))}")
 
 
 def print_json(content: Mapping[str, Any]) -> None:

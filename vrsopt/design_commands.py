@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from vrsopt.console import check_file, print_json
+from vrsopt.console import check_file, print_json, told
 from vrsopt.errors import InputError
-from vrsopt.options import AsJson, count
+from vrsopt.options import AsJson, Quiet, count, examples
+from vrsopt.progress import telling
 
 
 def sample(
@@ -24,17 +25,12 @@ def sample(
         str | None, typer.Option(help="Address of a Dask scheduler that has the workers.", show_default="this machine")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue a file, by more samples too.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Sample the physics into a design of experiments.
 
     Points are spread over mass, altitude, airspeed, rotor speed and twist, and in the space flight over climb angle
     and load factor, until enough of them are flyable. A killed run loses the points in flight; --resume continues it.
-
-    \b
-    Example: the shipped design once more; a longer one from it; seven variables on a cluster
-      vrsopt sample --samples 1500 --out doe.db --workers 2
-      vrsopt sample --samples 3000 --out doe.db --resume
-      vrsopt sample --space flight --out flight.db --dask tcp://head:8786
     """
     check_file(out)
     from vrsopt.surrogate.design import sample as sampled
@@ -48,7 +44,7 @@ def sample(
         workers=workers,
         resume=resume,
         dask=dask,
-        progress=sys.stderr.isatty(),
+        progress=told(quiet),
     )
     print(summary)
 
@@ -56,41 +52,37 @@ def sample(
 def export(
     design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample.")],
     out: Annotated[Path, typer.Option(help="Table to write, .nc (NetCDF) or .csv.")],
+    quiet: Quiet = False,
 ) -> None:
     """Write a design of experiments as a table for other programs.
 
     Inputs, outputs and derivatives of every point, SI units, which the NetCDF file states.
-
-    \b
-    Example:
-      vrsopt export doe.db --out doe.csv
     """
     if out.suffix not in (".nc", ".csv"):
         raise InputError(f"{out}: a name that ends in .nc or .csv")
     check_file(out)
-    from vrsopt.surrogate.database import Database
+    with telling("export", wanted=told(quiet)):
+        from vrsopt.surrogate.database import Database
 
-    with Database.open(design) as database:
-        if out.suffix == ".nc":
-            database.to_netcdf(out)
-        else:
-            database.to_csv(out)
-        print(f"{out}: {len(database.status())} points")
+        with Database.open(design) as database:
+            if out.suffix == ".nc":
+                database.to_netcdf(out)
+            else:
+                database.to_csv(out)
+            points = len(database.status())
+    print(f"{out}: {points} points")
 
 
 def add_points(
     design: Annotated[Path, typer.Argument(help="Design of experiments, written by vrsopt sample; it is added to.")],
     points: Annotated[Path, typer.Argument(help="Points (CSV): a column for each input, SI units, as vrsopt export.")],
     workers: Annotated[int, count("Processes; the points do not depend on it.")] = 2,
+    quiet: Quiet = False,
 ) -> None:
-    """Compute points of your own and add them to a design of experiments.
+    """Add points of your own to a design of experiments.
 
-    Other columns of an export are left aside, and points that are there already are skipped, so an export with lines
-    added to it can be fed back.
-
-    \b
-    Example: a file points.csv with the line mass,altitude,speed,rotor_speed,twist and one line for each point
-      vrsopt add-points doe.db points.csv
+    They are computed first. Other columns of an export are left aside, and points that are there already are skipped,
+    so an export with lines added to it can be fed back.
     """
     from vrsopt.surrogate.database import Database
     from vrsopt.surrogate.design import add_points as added
@@ -98,7 +90,7 @@ def add_points(
 
     with Database.open(design) as database:
         inputs = read_points(points, database.meta)
-    print(added(design, inputs, workers=workers, progress=sys.stderr.isatty()))
+    print(added(design, inputs, workers=workers, progress=told(quiet)))
 
 
 def fit(
@@ -114,16 +106,12 @@ def fit(
     samples: Annotated[int | None, count("Flyable points to fit, the first of the design.", show_default="all")] = None,
     workers: Annotated[int, count("Processes; the fits do not depend on it.")] = 2,
     as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit a surrogate to a design of experiments.
 
     A Kriging of every output on the flyable points; prints the leave-one-out figures, beside those of fits on all
     converged points.
-
-    \b
-    Example: the shipped surrogate once more; one with gradients
-      vrsopt fit doe.db --out surrogate.nc
-      vrsopt fit doe.db --out surrogate.nc --gradient-enhanced --samples 300
     """
     check_file(out)
     from vrsopt.surrogate.training import fit as fitted
@@ -135,9 +123,30 @@ def fit(
         gradient_enhanced=gradient_enhanced,
         samples=samples,
         workers=workers,
-        progress=sys.stderr.isatty(),
+        progress=told(quiet),
     )
     if as_json:
         print_json(result.as_dict())
     else:
         print(result)
+
+
+DESIGN_COMMANDS: dict[Callable[..., Any], str] = {  # and their examples
+    sample: examples(
+        ("the shipped design once more", "vrsopt sample --samples 1500 --out doe.db --workers 2"),
+        ("a longer one from it, and what a killed run lacks", "vrsopt sample --samples 3000 --out doe.db --resume"),
+        ("seven variables, on a cluster", "vrsopt sample --space flight --out flight.db --dask tcp://head:8786"),
+    ),
+    export: examples(("a table for a spreadsheet", "vrsopt export doe.db --out doe.csv")),
+    add_points: examples(
+        (
+            "points.csv has the line mass,altitude,speed,rotor_speed,twist and one line for each point",
+            "vrsopt add-points doe.db points.csv",
+        ),
+        ("where a mission relies on poor data", "vrsopt add-points doe.db results/sarm/weak_points.csv"),
+    ),
+    fit: examples(
+        ("the shipped surrogate once more", "vrsopt fit doe.db --out surrogate.nc"),
+        ("one with gradients", "vrsopt fit doe.db --out surrogate.nc --gradient-enhanced --samples 300"),
+    ),
+}

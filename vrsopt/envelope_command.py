@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from vrsopt.console import NO_SOLUTION, PERCENT, check_folder, complain, converted, print_json
+from vrsopt.console import NO_SOLUTION, PERCENT, check_folder, complain, converted, print_files, print_json, told
 from vrsopt.errors import InputError
-from vrsopt.options import AsJson, IsaOffset, count, number
+from vrsopt.options import AsJson, IsaOffset, Quiet, count, examples, number
+from vrsopt.progress import telling
+
+ENVELOPE_EXAMPLES = examples(
+    ("the maps of the study", "vrsopt envelope --out results/envelope"),
+    (
+        "the rotor speed alone, with no manoeuvre margin",
+        "vrsopt envelope --variables speed --manoeuvre-margin 1 --out results/no_margin",
+    ),
+)
 
 
 def envelope(
@@ -28,16 +36,12 @@ def envelope(
     ] = None,
     workers: Annotated[int, count("Processes; the maps do not depend on it.")] = 2,
     as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> int:
-    """Best rotor speed and twist over the flight envelope.
+    """Map the best rotor speed and twist over the flight envelope.
 
     Level flight from 0 to 70 m/s and 0 to 2000 m at some masses: the rotor speed and twist of least fuel flow, what
     they save, the rotor speeds within 0.5 % of the least fuel, and the limits that the optimum rests on.
-
-    \b
-    Example: the maps of the study; the rotor speed alone, with no manoeuvre margin
-      vrsopt envelope --out results/envelope
-      vrsopt envelope --variables speed --manoeuvre-margin 1 --out results/no_margin
     """
     if variables not in ("both", "speed", "twist"):
         raise InputError(f"envelope: variables = {variables!r}: one of both, speed, twist")
@@ -64,16 +68,17 @@ def envelope(
         manoeuvre_margin=manoeuvre_margin,
         isa_offset=isa_offset,
         workers=workers,
-        progress=sys.stderr.isatty(),
+        progress=told(quiet),
     )
-    from vrsopt.report.files import write_envelope
+    with telling("envelope: figures", wanted=told(quiet)):
+        from vrsopt.report.files import write_envelope
 
-    files = write_envelope(found, out)
+        files = write_envelope(found, out)
     if as_json:
         print_json(found.summary())
     else:
         print(found)
-        print(f"{out}: {', '.join(sorted(file.name for file in files))}")
+        print_files(out, files, quiet=quiet)
     if not found.success:
         complain(f"envelope: {found.message}")
     return 0 if found.success else NO_SOLUTION

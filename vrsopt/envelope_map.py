@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from joblib import Parallel, delayed
+from rich.console import Console
 from rich.progress import track
 from threadpoolctl import threadpool_limits
 
@@ -159,7 +160,7 @@ def envelope(
         jobs = (delayed(search.optima)(speed[batch], altitude[batch]) for batch in batches)
         found: Iterable[Any] = Parallel(n_jobs=workers, return_as="generator")(jobs)
         if progress:
-            found = track(found, total=len(batches), description="envelope")
+            found = track(found, total=len(batches), description="envelope", console=Console(stderr=True))
         parts = [search.maps(speed[batch], altitude[batch], part) for batch, part in zip(batches, found, strict=True)]
     shape = (len(masses), side, side)
     maps = {name: np.concatenate([part[name] for part in parts]).T.reshape(shape) for name in parts[0]}

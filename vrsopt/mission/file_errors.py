@@ -17,12 +17,14 @@ Location: TypeAlias = "tuple[int | str, ...]"  # of pydantic's
 
 def first_line(error: ValidationError, model_at: Callable[[Location], type[Table]]) -> str:
     """The first complaint as ``field = value: what is allowed``; ``model_at``: the model of the table at a location."""
-    item = error.errors(include_url=False)[0]
+    item, *others = error.errors(include_url=False)
     where = tuple(part for part in item["loc"] if part != "[key]")  # pydantic's mark of a bad name
     kind, context = item["type"], item.get("ctx", {})
     model = model_at(where[:-1] if kind in ("missing", "extra_forbidden") else where)
     if kind == "missing":
-        return f"{_field(where)}: missing"
+        unknown = [other["loc"] for other in others if other["type"] == "extra_forbidden"]
+        beside = [at[-1] for at in unknown if at[:-1] == item["loc"][:-1]]  # it may be misspelled
+        return f"{_field(where)}: missing" + (f"; unknown key beside it: {_shown(beside[0])}" if beside else "")
     if kind == "extra_forbidden":
         return f"{_field(where)} = {_shown(item['input'])}: unknown key, allowed: {', '.join(model.model_fields)}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vrsopt import __version__
 from vrsopt.errors import InputError
 from vrsopt.mission.flight_path import FLAGS, SERIES, flight_path_at, ground_distances
 from vrsopt.report.emission_dataset import emission_variables
@@ -96,8 +97,9 @@ def _attributes(comparison: Comparison, mission_text: str) -> dict[str, Any]:
         "mission_text": mission_text,
         "mission_sha256": hashlib.sha256(mission_text.encode()).hexdigest(),
         **{RENAMED.get(name, name): str(value) for name, value in comparison.provenance.items()},
+        "vrsopt_version": __version__,
         "python_version": platform.python_version(),
-        **{f"{name}_version": version(name) for name in ("vrsopt", "casadi", "numpy", "scipy", "pymoo")},
+        **{f"{name}_version": version(name) for name in ("casadi", "numpy", "scipy", "pymoo")},
         "takeoff_mass_kg": loading.takeoff_mass,
         "fuel_loaded_kg": loading.fuel_loaded,
         "reserve_fuel_kg": loading.reserve_fuel,

@@ -77,10 +77,14 @@ def _on_physics(
         "spin_down_credit": setup.settings.spin_down_credit,
     }
     with timed("re-flight on the physics") as step, joblib.parallel_config(backend="loky", inner_max_num_threads=1):
-        flown = joblib.Parallel(n_jobs=jobs)(
+        flights = joblib.Parallel(n_jobs=jobs, return_as="generator")(
             joblib.delayed(_fly)(setup.profile, schedule, transmission=setups[name].transmission, **options)
             for name, schedule in schedules.items()
         )
+        flown = []
+        for flight in flights:
+            flown.append(flight)
+            timed.say(f"re-flight on the physics, {len(flown)} of {len(schedules)} schedules flown")
         if jobs > 1:
             step.cpu_s += sum(cpu for _, cpu in flown)
     return {name: flight for name, (flight, _) in zip(schedules, flown, strict=True)}

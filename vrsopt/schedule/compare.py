@@ -5,19 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError, NoSolutionError
 from vrsopt.helicopter import MODEL_VERSION
 from vrsopt.mission.file import Mission
 from vrsopt.mission.track import FlownMission
+from vrsopt.progress import telling
 from vrsopt.schedule.additions import Additions
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.common_flights import DECISION_STEP, fly_all
@@ -99,14 +97,8 @@ def solve(
         Additions(cost=objective).cost_expression()  # complains of weights that it does not know
         if "consistent" in names:
             raise InputError("solve: objective: not with the schedule consistent, which is one of least fuel")
-    bar = Progress(console=Console(stderr=True)) if progress else None
-    with bar or nullcontext(), threadpool_limits(limits=1):  # as in the worker processes: sums round alike
-        row = bar.add_task(task.name, total=None) if bar else None
-
-        def say(text: str) -> None:
-            if bar is not None and row is not None:
-                bar.update(row, description=f"{task.name}: {text}")
-
+    # one thread as in the worker processes: sums round alike
+    with telling(task.name, wanted=progress) as say, threadpool_limits(limits=1):
         try:
             study = _Study(task, surrogate, objective=objective, search=search, seed=seed, workers=workers, say=say)
         except (InputError, NoSolutionError) as error:

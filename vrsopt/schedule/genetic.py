@@ -12,6 +12,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.core.termination import Termination
 from pymoo.optimize import minimize
+from rich.console import Console
 from rich.progress import track
 
 from vrsopt.errors import InputError
@@ -115,7 +116,7 @@ def genetic_minimum(
     jobs = (delayed(_search)(model.nodes(chunk), mass[chunk], box, bands, options, chunk) for chunk in chunks)
     parts: Iterable[np.ndarray] = Parallel(n_jobs=workers, return_as="generator")(jobs)
     if progress:
-        parts = track(parts, total=len(chunks), description="pointwise")
+        parts = track(parts, total=len(chunks), description="pointwise", console=Console(stderr=True))
     found = np.concatenate(list(parts))
     return point_optima(model, mass, found[:, :2]), found[:, 2].astype(int)
 
