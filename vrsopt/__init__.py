@@ -18,7 +18,12 @@ shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed poin
 and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be
 used, ``NoSolutionError`` for a question without an answer.
 
-SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``)::
+SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``). Names that mean the same
+everywhere: ``mass`` (gross mass [kg]), ``takeoff_mass`` (gross mass at take-off [kg]), ``speed`` (true airspeed [m/s]),
+``altitude`` (pressure altitude [m]), ``isa_offset`` (temperature above the standard atmosphere [K]), ``mach`` (of the
+flight [-]), ``climb_angle`` (of the flight path [rad]), ``load_factor`` (of a coordinated turn [-]), ``rotor_speed``
+(of the main rotor [rad/s]), ``twist`` (blade twist, washout positive [rad]), ``humidity`` (water vapour per dry air
+[kg/kg]), ``workers`` (processes, on which no result depends), ``progress`` (whether standard error shows how far it is)::
 
     import vrsopt
 

@@ -51,14 +51,22 @@ class OperatingPoint:
     """Trimmed aircraft with its engines, SI units; powers, fuel and emissions are those of all engines that operate,
     unless named so.
 
-    nox (as NO2), co and co2 in kg/s, their indices in kg per kg of fuel (:mod:`vrsopt.combustor.emissions`); co2 is the
-    fuel's carbon less that in CO and in the hydrocarbons of FOCA's correlation. nox_of_fits: NOx by the name of the
-    combustor's fit; the shipped one is nox.
+    ``main_rotor_power``, ``tail_rotor_power`` [W]; ``shaft_power_per_engine`` [W] of the ``engines_operating``;
+    ``fuel_flow`` [kg/s]. ``nox`` (as NO2), ``co`` and ``co2`` [kg/s], ``nox_index``, ``co_index`` and ``co2_index`` per
+    fuel [kg/kg] (:mod:`vrsopt.combustor.emissions`); co2 is the fuel's carbon less that in CO and in the hydrocarbons
+    of FOCA's correlation. ``nox_of_fits``: NOx [kg/s] by the name of the combustor's fit; the shipped one is nox.
 
-    Moments at the hub in N m, roll to the right and nose up. one_engine_inoperative_margin: what the rating of the
-    remaining engines leaves when one has failed [W]; autorotative_energy: kinetic energy of the rotors [J].
-    ``success``: trim and engine solved. ``feasible``: flyable as well; ``reason`` says why not. Numbers of a point that
-    was not solved are nan; so are the emissions alone where the combustor was not solved, which ``message`` then says.
+    Controls and attitude [rad]: ``collective`` and ``tail_collective``, ``lateral_cyclic``, ``longitudinal_cyclic``,
+    ``pitch`` nose up, ``roll`` to the right. ``gas_generator_speed`` [ratio to design]; ``turbine_inlet_temperature``
+    and ``power_turbine_inlet_temperature`` [K]. ``blade_loading``, ``tail_blade_loading`` [-], thrust coefficient over
+    solidity; ``advance_ratio``, ``figure_of_merit`` and ``advancing_tip_mach`` [-]. ``hub_roll_moment``,
+    ``hub_pitch_moment`` [N m], roll to the right and nose up. ``one_engine_inoperative_margin``: what the rating of the
+    remaining engines leaves when one has failed [W]; ``autorotative_energy``: kinetic energy of the rotors [J].
+
+    ``success``: trim and engine solved. ``feasible``: flyable as well; ``reason`` says why not, ``classification`` in
+    one word, ``usages`` the share of each limit that is used [-]. Numbers of a point that was not solved are nan; so
+    are the emissions alone where the combustor was not solved, which ``message`` then says. ``trim`` and ``gas_path``
+    (of one engine) are the solutions themselves.
     """
 
     success: bool

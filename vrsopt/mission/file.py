@@ -222,7 +222,7 @@ class Mission(Weather):
 
 
 def read_mission(path: str | Path) -> Mission:
-    """The mission in a TOML file, its route checked too.
+    """The mission in a TOML file at ``path``, its route checked too.
 
     Raises :class:`InputError` (file, field, value, what is allowed) for a file that is missing, is not TOML, or states
     something that can not be flown.

@@ -90,6 +90,10 @@ class ScheduleResult:
 class Comparison:
     """A mission flown with several schedules.
 
+    ``profile``: the flight on its time grid; ``settings`` and ``limits``: what schedules may do, and the aircraft's
+    limits; ``loading``: masses; ``results``: flights and accounts by the name of the schedule; ``band``: rotor speeds
+    within 0.5 % of the least fuel; ``variants``: comparisons with fewer variables free, by name; ``provenance``:
+    versions, hashes, seeds and what was asked for.
     ``trajectory`` and ``consistent``: the solutions of the schedules of these names; ``free``: how speeds and altitudes
     that the mission leaves free were chosen; ``steps``: how long each step took [s].
     """

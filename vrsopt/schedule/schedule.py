@@ -27,6 +27,10 @@ Ends = Literal["pinned", "free", "periodic"]
 class ScheduleSettings:
     """What a schedule may do. Rates and accelerations of ``None`` are unlimited.
 
+    ``nominal_rotor_speed`` [rad/s] and ``nominal_twist`` [rad] are flown at pinned ends and by the nominal schedule;
+    ``rotor_speed_bounds`` [rad/s] and ``twist_bounds`` [rad] are (lower, upper); ``rotor_speed_rate`` [rad/s2] and
+    ``twist_rate`` [rad/s] bound the size of the rates, ``rotor_speed_acceleration`` [rad/s3] and ``twist_acceleration``
+    [rad/s2] how fast the rates change; ``forbidden_bands`` are rotor speeds that may only be crossed.
     ``spin_down_credit``: a rotor that slows down drives, down to the engines' idle; without it what speeds the rotor up
     is charged and nothing is given back. ``ends``: rotor speed and twist nominal at both ends of the mission, free, or
     at the end what they are at the start.

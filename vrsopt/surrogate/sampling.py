@@ -38,9 +38,9 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Sampling:
-    """What a design of experiments holds: points computed, how many are flyable, and points by status.
+    """What a design of experiments holds: ``points`` computed, how many are ``flyable``, and ``by_status`` how many.
 
-    ``added``: how many of the points were added by hand.
+    ``path``: its file; ``added``: how many of the points were added by hand.
     """
 
     path: Path

@@ -47,6 +47,8 @@ def _versions() -> dict[str, str]:
 class Surrogate:
     """Fitted Krigings and their leave-one-out figures by output, and where they come from.
 
+    ``models``: :class:`vrsopt.surrogate.kriging.Kriging` by the name of the output, SI units; ``accuracy``: their
+    figures.
     ``model_version`` and ``data_hash``: of the physics and of the aircraft and engine data; ``space``, ``method``,
     ``samples`` and ``seed``: of the design of experiments; ``versions``: of the libraries they were fitted with.
     All models have the same inputs.

@@ -53,7 +53,8 @@ class OutputFit:
 class Fit:
     """A surrogate fitted on the flyable points, and its figures beside those of fits on all converged points.
 
-    ``correlation`` as it was asked for; ``figures[set][output]`` for the sets "flyable" and "converged".
+    ``correlation`` and ``gradient_enhanced`` as they were asked for; ``samples`` points in the design, ``flyable`` and
+    ``converged`` of them; ``figures[set][output]`` for the sets "flyable" and "converged".
     """
 
     surrogate: Surrogate

@@ -195,7 +195,10 @@ class EngineData(Record):
         return self
 
     def changed(self, component: str, **values: float) -> EngineData:
-        """A copy with other numbers in one component; raises :class:`InputError` for an unknown one."""
+        """A copy with other numbers in one ``component``; raises :class:`InputError` for an unknown one.
+
+        ``values``: the numbers by the names of the component's fields, in the units that these state.
+        """
         return self.model_copy(update={component: self._part(component).replaced(**values)})
 
     def variant(self, name: str) -> EngineData:
@@ -223,7 +226,7 @@ class EngineData(Record):
 
 
 def load_engine(path_or_name: str | Path = DEFAULT_ENGINE) -> EngineData:
-    """The engine of a TOML file, or a shipped one by its name (``"allison_250_c20b"``).
+    """The engine of a TOML file, or a shipped one: ``path_or_name`` is a path or, as "allison_250_c20b", a name.
 
     Raises :class:`InputError` with one line that names the file, the field, its value and what is allowed.
     """

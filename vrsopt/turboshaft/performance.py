@@ -52,6 +52,13 @@ LARGEST_DEMAND = 3.0  # times the take-off rating: the most power that is put to
 class EngineResult:
     """One engine at one operating point, in the units of the names; prints as a short table.
 
+    ``power_w`` at the shaft; ``fuel_flow_kg_s`` and ``sfc_kg_kwh`` per power; ``gas_generator_speed_percent`` of design,
+    ``power_turbine_speed_percent`` of nominal; ``turbine_inlet_temperature_k`` before both turbines,
+    ``power_turbine_inlet_temperature_k`` between them, ``exhaust_temperature_k`` behind them; ``pressure_ratio`` of the
+    compressor and its ``air_flow_kg_s``; ``combustion_efficiency`` [-]; ``surge_margin_percent``; emissions
+    ``nox_kg_s`` (as NO2), ``co_kg_s``, ``co2_kg_s`` and per fuel ``nox_index_g_kg``, ``co_index_g_kg``,
+    ``hc_index_g_kg``; ``residual_norm``, the largest scaled residual.
+
     ``success`` is False when the demand can not be met (``message`` says which limit and what the maximum or minimum
     is; the numbers are then those of the engine driven beyond its limit) or when the cycle was not solved (numbers are
     nan). It does not depend on the emissions: where the combustor could not be solved, NOx and CO are nan, CO2 is that
@@ -129,10 +136,11 @@ def engine(
     power_offtake: float = 0.0,
     engine_data: EngineData | None = None,
 ) -> EngineResult:
-    """One engine at a demand: shaft power [W], gas-generator speed (ratio), inter-turbine temperature [K], or the name
-    of a rating of the data file ("take_off", "maximum_continuous", "ground_idle"); exactly one of the four.
+    """One engine at a demand, exactly one of four: shaft ``power`` [W], ``gas_generator_speed`` [ratio to design],
+    ``inter_turbine_temperature`` [K], or ``rating``, a name of the data file ("take_off", "maximum_continuous",
+    "ground_idle").
 
-    ``power_turbine_speed`` (ratio; 1, or the rating's own), pressure ``altitude`` [m], ``isa_offset`` [K], ``mach``,
+    ``power_turbine_speed`` [ratio to nominal] (1, or the rating's own), pressure ``altitude`` [m], ``isa_offset`` [K], ``mach``,
     ``humidity`` (kg of water vapour per kg of dry air), ``bleed_fraction`` (of the compressor's air), ``power_offtake``
     (taken from the gas generator) [W].
     ``engine_data`` defaults to the Allison 250-C20B. Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) and
