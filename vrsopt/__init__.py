@@ -23,7 +23,8 @@ everywhere: ``mass`` (gross mass [kg]), ``takeoff_mass`` (gross mass at take-off
 ``altitude`` (pressure altitude [m]), ``isa_offset`` (temperature above the standard atmosphere [K]), ``mach`` (of the
 flight [-]), ``climb_angle`` (of the flight path [rad]), ``load_factor`` (of a coordinated turn [-]), ``rotor_speed``
 (of the main rotor [rad/s]), ``twist`` (blade twist, washout positive [rad]), ``humidity`` (water vapour per dry air
-[kg/kg]), ``workers`` (processes, on which no result depends), ``progress`` (whether standard error shows how far it is)::
+[kg/kg]), ``workers`` (processes, on which no result depends), ``progress`` (whether standard error shows how far it
+is)::
 
     import vrsopt
 

@@ -262,15 +262,16 @@ def trim(
     aircraft: Aircraft | str | Path = "bo105",
     method: Literal["ipopt", "newton"] = "ipopt",
 ) -> OperatingPoint:
-    """Trim the aircraft with its engines: gross ``mass`` [kg], true airspeed ``speed`` [m/s], pressure ``altitude`` [m].
+    """Trim the aircraft with its engines: gross ``mass`` [kg], true airspeed ``speed`` [m/s], pressure ``altitude``
+    [m].
 
     ``rotor_speed`` [rad/s] and ``twist`` [rad, washout positive] default to the aircraft's nominal; ``climb_angle``
-    [rad], ``isa_offset`` [K]. ``load_factor`` [-]: of a steady coordinated turn to the right. ``hub_height``: of the hub
-    above the ground [m], None far from it. ``cg_shift``: of the centre of gravity, forward of the reference of
-    ``aircraft`` [m] (see :func:`vrsopt.balance.balance`). ``engines_operating``: None for all; with fewer, those left carry the power, and the
-    ratings are those with one engine inoperative. ``method`` is the solver of trim and engine, "ipopt" or "newton";
-    both end at the same residual. The point is classified under the flight manual's engine limits and the blade-loading
-    limit without margin. Raises :class:`InputError` for a value out of range.
+    [rad], ``isa_offset`` [K]. ``load_factor`` [-]: of a steady coordinated turn to the right. ``hub_height``: of the
+    hub above the ground [m], None far from it. ``cg_shift``: of the centre of gravity, forward of the reference of
+    ``aircraft`` [m] (see :func:`vrsopt.balance.balance`). ``engines_operating``: None for all; with fewer, those left
+    carry the power, and the ratings are those with one engine inoperative. ``method`` is the solver of trim and engine,
+    "ipopt" or "newton"; both end at the same residual. The point is classified under the flight manual's engine limits
+    and the blade-loading limit without margin. Raises :class:`InputError` for a value out of range.
     """
     machine = helicopter(aircraft)
     rotor = machine.aircraft.main_rotor

@@ -133,7 +133,8 @@ class MissionProblem:
     ) -> None:
         """Keep ``expression`` of :attr:`quantities` between ``lower`` and ``upper`` [``unit``], in flight.
 
-        ``name``: how results call it; ``tasks``: labels of the mission's tasks in which it holds; None for all. Raises :class:`InputError`.
+        ``name``: how results call it; ``tasks``: labels of the mission's tasks in which it holds; None for all. Raises
+        :class:`InputError`.
         """
         self._constraints.append(self._constraint(name, expression, lower, upper, unit, tasks))
         self._built = None
@@ -150,7 +151,8 @@ class MissionProblem:
     ) -> None:
         """Keep the integral of ``expression`` (per second) over the mission, or over ``tasks``, between the bounds.
 
-        ``lower`` and ``upper`` [``unit``], None for no bound; ``name``: how results call it. Raises :class:`InputError`.
+        ``lower`` and ``upper`` [``unit``], None for no bound; ``name``: how results call it. Raises
+        :class:`InputError`.
         """
         self._integrals.append(self._constraint(name, expression, lower, upper, unit, tasks))
         self._built = None

@@ -52,8 +52,8 @@ LARGEST_DEMAND = 3.0  # times the take-off rating: the most power that is put to
 class EngineResult:
     """One engine at one operating point, in the units of the names; prints as a short table.
 
-    ``power_w`` at the shaft; ``fuel_flow_kg_s`` and ``sfc_kg_kwh`` per power; ``gas_generator_speed_percent`` of design,
-    ``power_turbine_speed_percent`` of nominal; ``turbine_inlet_temperature_k`` before both turbines,
+    ``power_w`` at the shaft; ``fuel_flow_kg_s`` and ``sfc_kg_kwh`` per power; ``gas_generator_speed_percent`` of
+    design, ``power_turbine_speed_percent`` of nominal; ``turbine_inlet_temperature_k`` before both turbines,
     ``power_turbine_inlet_temperature_k`` between them, ``exhaust_temperature_k`` behind them; ``pressure_ratio`` of the
     compressor and its ``air_flow_kg_s``; ``combustion_efficiency`` [-]; ``surge_margin_percent``; emissions
     ``nox_kg_s`` (as NO2), ``co_kg_s``, ``co2_kg_s`` and per fuel ``nox_index_g_kg``, ``co_index_g_kg``,
@@ -140,12 +140,12 @@ def engine(
     ``inter_turbine_temperature`` [K], or ``rating``, a name of the data file ("take_off", "maximum_continuous",
     "ground_idle").
 
-    ``power_turbine_speed`` [ratio to nominal] (1, or the rating's own), pressure ``altitude`` [m], ``isa_offset`` [K], ``mach``,
-    ``humidity`` (kg of water vapour per kg of dry air), ``bleed_fraction`` (of the compressor's air), ``power_offtake``
-    (taken from the gas generator) [W].
-    ``engine_data`` defaults to the Allison 250-C20B. Solves the gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) and
-    the combustor (:func:`vrsopt.combustor.emissions.emissions`) and tests the engine's limits. Raises
-    :class:`InputError` for a value outside ``ALLOWED``, an unknown rating, or another number of demands than one.
+    ``power_turbine_speed`` [ratio to nominal] (1, or the rating's own), pressure ``altitude`` [m], ``isa_offset`` [K],
+    ``mach``, ``humidity`` (kg of water vapour per kg of dry air), ``bleed_fraction`` (of the compressor's air),
+    ``power_offtake`` (taken from the gas generator) [W]. ``engine_data`` defaults to the Allison 250-C20B. Solves the
+    gas path (:func:`vrsopt.turboshaft.cycle.gas_path`) and the combustor (:func:`vrsopt.combustor.emissions.emissions`)
+    and tests the engine's limits. Raises :class:`InputError` for a value outside ``ALLOWED``, an unknown rating, or
+    another number of demands than one.
     """
     data = engine_data if engine_data is not None else load_engine()
     demands = {
