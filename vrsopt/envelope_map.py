@@ -66,6 +66,7 @@ class Envelope:
 
     @property
     def points(self) -> int:
+        """Number of operating points."""
         return int(self.dataset["feasible"].size)
 
     def summary(self) -> dict[str, Any]:

@@ -63,10 +63,11 @@ class OperatingPoint:
     ``hub_pitch_moment`` [N m], roll to the right and nose up. ``one_engine_inoperative_margin``: what the rating of the
     remaining engines leaves when one has failed [W]; ``autorotative_energy``: kinetic energy of the rotors [J].
 
-    ``success``: trim and engine solved. ``feasible``: flyable as well; ``reason`` says why not, ``classification`` in
-    one word, ``usages`` the share of each limit that is used [-]. Numbers of a point that was not solved are nan; so
-    are the emissions alone where the combustor was not solved, which ``message`` then says. ``trim`` and ``gas_path``
-    (of one engine) are the solutions themselves.
+    ``success``: trim and engine solved, in ``iterations``, to ``residual_norm`` (largest scaled residual).
+    ``feasible``: flyable as well; ``reason`` says why not, ``classification`` in one word, ``usages`` the share of each
+    limit that is used [-]. Numbers of a point that was not solved are nan; so are the emissions alone where the
+    combustor was not solved, which ``message`` then says. ``trim`` and ``gas_path`` (of one engine) are the solutions
+    themselves.
     """
 
     success: bool

@@ -55,6 +55,7 @@ class Trim:
 
     @property
     def success(self) -> bool:
+        """Whether the equations were solved."""
         return self.solution.success
 
     @property

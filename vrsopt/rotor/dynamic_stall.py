@@ -77,6 +77,7 @@ class Flow:
 
     @cached_property
     def mach(self) -> Any:
+        """Mach number of the section."""
         return self.speed / self.speed_of_sound
 
     @cached_property
@@ -86,14 +87,17 @@ class Flow:
 
     @cached_property
     def beta_squared(self) -> Any:
+        """Prandtl and Glauert's 1 - M^2, held above 0.2."""
         return smooth_clip(1 - self.mach**2, 0.2, 2.0)
 
     @cached_property
     def forward(self) -> Any:
+        """Weight of forward flow; see :meth:`vrsopt.rotor.airfoil.Airfoil.forward`."""
         return self.section.forward(self.cosine)
 
     @cached_property
     def slope(self) -> Any:
+        """Slope of the attached lift at this Mach number [1/rad]."""
         return polynomial(self.section.lift_slope, self.m)
 
     @cached_property
@@ -104,6 +108,7 @@ class Flow:
 
     @cached_property
     def separated(self) -> Any:
+        """Lift coefficient of the separated flow; see :meth:`vrsopt.rotor.airfoil.Airfoil.separated`."""
         return self.section.separated(self.sine, self.cosine, self.m)
 
     def effective_sine(self, effective: Any) -> Any:
@@ -129,6 +134,7 @@ class Flow:
         return self.forward * logistic((force - critical) / GATE_WIDTH)
 
     def passage(self) -> Any:
+        """Time in which a vortex passes the chord, in half chords travelled (Leishman and Beddoes)."""
         return polynomial(self.section.vortex_passage, self.m)
 
     def travel(self, clock: Any) -> Any:

@@ -31,6 +31,7 @@ class Jet:
 
     @property
     def value(self) -> np.ndarray:
+        """(...)."""
         return self.parts[0]
 
     @property

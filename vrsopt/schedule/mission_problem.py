@@ -60,7 +60,8 @@ class MissionProblem:
     >>> trajectory = problem.solve()
 
     It is built at the first solve; what :meth:`solve` changes needs no rebuild, an added constraint or objective does.
-    ``setup``: aircraft, surrogate, fine grid and settings of the mission.
+    ``transcription`` and ``mesh`` (intervals; None: as fine as it needs) say how it is discretised; ``setup``:
+    aircraft, surrogate, fine grid and settings of the mission.
     """
 
     def __init__(
@@ -81,7 +82,8 @@ class MissionProblem:
         ``surrogate``: fitted by :func:`vrsopt.fit`; default the shipped one. ``mass``: take-off mass [kg]; needed with
         the file of a track, by default a mission's is closed, so that the nominal schedule lands with the reserve.
         ``objective``: see :meth:`minimize`. ``settings``: in place of the mission's own limits on schedules, of which
-        ``variables`` are free. ``ipopt``: options by IPOPT's own names.
+        ``variables`` are free. ``transcription``: "hermite_simpson" or "radau"; ``mesh``: how fine, or the mesh itself.
+        ``ipopt``: options by IPOPT's own names.
 
         Raises :class:`InputError` for unusable input and :class:`NoSolutionError` where the mission can not be flown.
         """

@@ -34,6 +34,7 @@ class Local:
 
     @property
     def merit(self) -> np.ndarray:
+        """Objective with what is over a limit charged, (n,)."""
         return self.value[:, 0] + PENALTY * np.maximum(np.max(self.value[:, 1:], axis=1), 0.0)
 
     def where(self, chosen: np.ndarray, other: Local) -> Local:
@@ -42,6 +43,7 @@ class Local:
         return Local(*(np.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), b, a) for a, b in pairs))
 
     def take(self, index: np.ndarray) -> Local:
+        """Those at ``index``."""
         return Local(self.value[index], self.gradient[index], self.hessian[index])
 
 

@@ -88,6 +88,7 @@ def read(
 
 
 def checked_schedules(schedules: Sequence[str]) -> Sequence[str]:
+    """``schedules`` as they are; raises :class:`InputError` for a name that is not one of SCHEDULES."""
     for name in schedules:
         if name not in SCHEDULES:
             raise InputError(f"solve: schedules: {name!r}: some of {', '.join(SCHEDULES)}")

@@ -96,6 +96,7 @@ class Database:
         self.close()
 
     def close(self) -> None:
+        """End the connection; what was appended is stored."""
         self._connection.close()
 
     def append(self, rows: Iterable[Row]) -> None:

@@ -28,6 +28,7 @@ class JointCovariance:
 
     @property
     def sizes(self) -> tuple[int, ...]:
+        """Number of outputs and of gradients' components: (n, n d)."""
         return self.scaled.shape[0], self.scaled.size
 
     @cached_property

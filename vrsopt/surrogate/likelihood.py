@@ -52,12 +52,15 @@ class ValueCovariance:
 
     @property
     def sizes(self) -> tuple[int, ...]:
+        """Number of outputs: (n,)."""
         return (len(self.scaled),)
 
     def matrix(self, theta: Array) -> Array:
+        """Correlations R (n, n) of the outputs at ``theta`` (d,); only the upper triangle is filled."""
         return correlation_matrix(self.correlation, self.smoothing, theta, self.scaled)
 
     def slopes(self, theta: Array, matrix: Array, weight: Array) -> Array:
+        """As of :class:`Covariance`: (d,), with R as ``matrix`` and ``weight`` (n, n) at ``theta`` (d,)."""
         total = np.zeros(len(theta))
         for rows, columns, difference in upper_blocks(self.scaled):
             product = weight[rows, columns] * matrix[rows, columns]
@@ -94,6 +97,7 @@ class LeastSquares:
         return np.asarray(inverse).T
 
     def log_determinant(self) -> float:
+        """Logarithm of the determinant of K."""
         return 2.0 * float(np.sum(np.log(np.diag(self.factor))))
 
     def condition_number(self, norm: float) -> float:

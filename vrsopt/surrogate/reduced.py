@@ -37,6 +37,7 @@ class Reduced:
 
     @property
     def columns(self) -> list[int]:
+        """Columns of the free inputs among all inputs."""
         return [self.state.names.index(name) for name in self.free]
 
     @property
@@ -46,6 +47,7 @@ class Reduced:
 
     @property
     def upper(self) -> Array:
+        """Of the free inputs (f,)."""
         return self.state.upper[self.columns]
 
     @cached_property

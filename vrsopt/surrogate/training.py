@@ -45,6 +45,7 @@ class OutputFit:
     points: int
 
     def as_dict(self) -> dict[str, Any]:
+        """The figures for one JSON object."""
         others = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "accuracy"}
         return self.accuracy.as_dict() | others
 

@@ -27,6 +27,7 @@ class Accuracy:
     std_error_percent: float
 
     def as_dict(self) -> dict[str, float]:
+        """The figures by name."""
         return asdict(self)
 
     def __str__(self) -> str:
