@@ -103,7 +103,9 @@ class ScheduleSettings:
         return self
 
     def box(self, bounds: Mapping[str, tuple[float, float]]) -> np.ndarray:
-        """Lower and upper (2, 2) rotor speed [rad/s] and twist [rad]: these within ``bounds`` of a path model."""
+        """Lower and upper (2, 2) rotor speed [rad/s] and twist [rad]: these within ``bounds`` [the same units] of a
+        path model.
+        """
         box = np.array([self.rotor_speed_bounds, self.twist_bounds]).T
         for column, name in enumerate(("rotor_speed", "twist")):
             low, high = bounds[name]

@@ -29,10 +29,11 @@ class Trajectory:
     ``fuel`` [kg] burned and ``mass`` (n,) [kg] at the nodes; ``mesh`` and ``transcription``: how it was discretised,
     ``mesh_error`` (N,) [kg]: fuel of each interval less that of a finer quadrature; ``rounds``: meshes it was solved
     on. ``costates``: (N,) by state; ``limit_multipliers`` (N,) by limit or constraint, ``bound_multipliers`` (n,) or
-    (N,) by variable or rate; ``integrals`` and ``integral_multipliers``: of constraints over the mission, by name;
-    ``arcs``: what is active when. ``x``, ``lam_x``, ``lam_g``: unknowns and multipliers of the NLP, for a warm start;
-    ``cost_factor`` scales the cost in it, ``regularisation`` is what the penalty on the rates adds to the objective,
-    ``max_residual`` the largest scaled residual; ``iterations`` of IPOPT; ``build_s`` and ``solve_s``: time [s].
+    (N,) by variable or rate [objective per unit]; ``integrals`` [their units] and ``integral_multipliers`` [objective
+    per unit]: of constraints over the mission, by name; ``arcs``: what is active when. ``x``, ``lam_x``, ``lam_g``:
+    unknowns and multipliers of the NLP [scaled], for a warm start; ``cost_factor`` scales the cost in it,
+    ``regularisation`` is what the penalty on the rates adds to the objective, ``max_residual`` the largest scaled
+    residual; ``iterations`` of IPOPT; ``build_s`` and ``solve_s``: time [s].
 
     Without success ``schedule`` is IPOPT's last iterate, ``message`` names what it could not meet. Multipliers and
     costates are derivatives of ``objective``: kg of fuel, or units of a cost of one's own.

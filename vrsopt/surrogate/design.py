@@ -130,7 +130,7 @@ def sample(
 
 
 def add_points(path: Path | str, inputs: ArrayLike, *, workers: int = 2, progress: bool = False) -> Sampling:
-    """Compute the points ``inputs`` (k, d), SI units in the order of the file's inputs, and add them to a design.
+    """Compute the points ``inputs`` (k, d) [SI units], in the order of the file's inputs, and add them to a design.
 
     ``path``: the design; ``workers``: processes; ``progress``: a bar on standard error. Points that it has already are
     skipped. Raises :class:`InputError` for points outside the box, or a file of another model or data.

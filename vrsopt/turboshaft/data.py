@@ -197,7 +197,7 @@ class EngineData(Record):
     def changed(self, component: str, **values: float) -> EngineData:
         """A copy with other numbers in one ``component``; raises :class:`InputError` for an unknown one.
 
-        ``values``: the numbers by the names of the component's fields, in the units that these state.
+        ``values``: the numbers by the names of the component's fields [the units of the data file].
         """
         return self.model_copy(update={component: self._part(component).replaced(**values)})
 

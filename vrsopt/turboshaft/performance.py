@@ -57,7 +57,7 @@ class EngineResult:
     ``power_turbine_inlet_temperature_k`` between them, ``exhaust_temperature_k`` behind them; ``pressure_ratio`` of the
     compressor and its ``air_flow_kg_s``; ``combustion_efficiency`` [-]; ``surge_margin_percent``; emissions
     ``nox_kg_s`` (as NO2), ``co_kg_s``, ``co2_kg_s`` and per fuel ``nox_index_g_kg``, ``co_index_g_kg``,
-    ``hc_index_g_kg``; ``residual_norm``, the largest scaled residual.
+    ``hc_index_g_kg``; ``residual_norm``, the largest scaled residual [-].
 
     ``success`` is False when the demand can not be met (``message`` says which limit and what the maximum or minimum
     is; the numbers are then those of the engine driven beyond its limit) or when the cycle was not solved (numbers are
