@@ -31,7 +31,7 @@ class Trajectory:
     on. ``costates``: (N,) by state; ``limit_multipliers`` (N,) by limit or constraint, ``bound_multipliers`` (n,) or
     (N,) by variable or rate [objective per unit]; ``integrals`` [their units] and ``integral_multipliers`` [objective
     per unit]: of constraints over the mission, by name; ``arcs``: what is active when. ``x``, ``lam_x``, ``lam_g``:
-    unknowns and multipliers of the NLP [scaled], for a warm start; ``cost_factor`` scales the cost in it,
+    unknowns and multipliers of the NLP [scaled], for a warm start; ``cost_factor`` scales the cost in it [-],
     ``regularisation`` is what the penalty on the rates adds to the objective, ``max_residual`` the largest scaled
     residual; ``iterations`` of IPOPT; ``build_s`` and ``solve_s``: time [s].
 
