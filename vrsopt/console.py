@@ -176,7 +176,8 @@ def engine_demand(
 ) -> dict[str, Any]:
     """The one demand on an engine that was typed, in the units of the library, by the name of the verb's argument.
 
-    Raises :class:`InputError` for none or several.
+    ``power_kw``, ``speed_percent`` of the gas generator, ``temperature_k`` between the turbines, ``rating`` by name;
+    None where nothing was typed. Raises :class:`InputError` for none or several.
     """
     typed = {"power_kw": power_kw, "gas_generator_speed_percent": speed_percent, "turbine_temperature_k": temperature_k}
     given = {name: value for name, value in {**typed, "rating": rating}.items() if value is not None}
@@ -217,8 +218,8 @@ def broken(comparison: Comparison) -> str:
 def converted(field: str, value: float, *, per: float, allowed: tuple[float, float]) -> float:
     """``value``, typed in a unit of which ``per`` make one of the library's, in the library's unit.
 
-    Raises :class:`InputError` outside ``allowed`` (library's unit), with the range in the unit that was typed, rounded
-    inward to 0.1.
+    ``field``: how the message calls it. Raises :class:`InputError` outside ``allowed`` (library's unit), with the range
+    in the unit that was typed, rounded inward to 0.1.
     """
     low, high = (round(bound * per, 9) for bound in allowed)
     low = math.ceil(10 * low) / 10
@@ -257,12 +258,18 @@ def check_asked(mission: Path | None, repeated: Path | None, options: Mapping[st
 
 
 def given(value: str | None, default: str) -> str:
-    """An option as typed, empty too, or its default."""
+    """An option as typed, empty too, or its default.
+
+    ``value``: None where it was not typed.
+    """
     return default if value is None else value
 
 
 def weights(text: str) -> dict[str, float]:
-    """Weights typed as ``fuel=1,nox=30``; raises InputError for what is not of this form."""
+    """Weights typed as ``fuel=1,nox=30``; raises InputError for what is not of this form.
+
+    ``text``: what was typed.
+    """
     found: dict[str, float] = {}
     for part in text.split(","):
         name, _, value = (piece.strip() for piece in part.partition("="))

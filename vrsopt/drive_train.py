@@ -41,7 +41,7 @@ def engine_power(
 ) -> Any:
     """Shaft power of one operating engine [W] for the power at the main-rotor shaft [W], tail rotor included.
 
-    ``engines_operating`` defaults to all. Numbers, arrays and CasADi expressions.
+    ``engines_operating`` defaults to all. Numbers, arrays and CasADi expressions. ``rotor_power`` [W] is the latter.
     """
     share = aircraft.transmission.engines / operating_engines(aircraft, engines_operating)
     return smooth_max(share * aircraft.transmission.power_per_engine(rotor_power), idle_power(engine), ROUNDING)
@@ -64,5 +64,8 @@ def engine_parameters(aircraft: Aircraft, power: Any, flight: Mapping[str, Any])
 
 
 def smooth_max(a: Any, b: Any, width: float) -> Any:
-    """The larger of two, rounded over about ``width``; at most width / 2 above it."""
+    """The larger of two, rounded over about ``width``; at most width / 2 above it.
+
+    ``a`` and ``b`` in the unit of ``width``.
+    """
     return 0.5 * (a + b + ((a - b) ** 2 + width**2) ** 0.5)

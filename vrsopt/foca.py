@@ -136,8 +136,8 @@ def mission(
     """A mission of ``duration`` [s]: a cycle for each landing, and the mean power for the time that is left.
 
     Other arguments as :func:`landing_take_off`. A mission shorter than its cycles has no time at mean power: it is then
-    the cycles alone. Raises :class:`InputError` as :func:`landing_take_off`, and for a negative duration or number of
-    landings.
+    the cycles alone. ``rating``: take-off power of one engine [W]; ``engines``: how many. Raises :class:`InputError` as
+    :func:`landing_take_off`, and for a negative duration or number of landings.
     """
     if not (math.isfinite(duration) and duration >= 0.0 and landings >= 0):
         raise InputError(f"foca: duration = {duration:g} s, landings = {landings}: both zero or more")

@@ -182,7 +182,10 @@ class OperatingPoint:
 def classify(
     usages: Mapping[str, float], trim: Trim, engine: Solution, power: float, limits: Limits
 ) -> tuple[str, str]:
-    """Class of a solved point and the reason with its numbers; the first limit that is broken, rotor before engine."""
+    """Class of a solved point and the reason with its numbers; the first limit that is broken, rotor before engine.
+
+    ``usages``: share of each limit by name [-]; ``power``: of one engine [W].
+    """
     out, allowance = trim.solution.outputs, 1 + 1e-6
     rated, whose = limits.rated_power, " with one engine inoperative" if limits.one_engine_inoperative else ""
     temperature = engine.outputs["power_turbine_inlet_temperature"]

@@ -154,6 +154,9 @@ def is_number(value: object) -> bool:
 
 
 def check_increasing(name: str, values: Sequence[float]) -> None:
-    """Raise ValueError, for a validator, unless each value is larger than the one before it."""
+    """Raise ValueError, for a validator, unless each value is larger than the one before it.
+
+    ``name``: how the message calls ``values``.
+    """
     if any(b <= a for a, b in zip(values[:-1], values[1:], strict=True)):
         raise ValueError(f"{name}: {list(values)}: must increase")

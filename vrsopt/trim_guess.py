@@ -12,7 +12,10 @@ from vrsopt.atmosphere import GRAVITY, standard_air
 
 
 def momentum_guess(aircraft: Aircraft, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Start of a trim from momentum theory and a uniform blade: inflow, controls, attitude, torque."""
+    """Start of a trim from momentum theory and a uniform blade: inflow, controls, attitude, torque.
+
+    ``parameters``: of the trim, by name, SI units.
+    """
     rotor, tail = aircraft.main_rotor, aircraft.tail_rotor
     air = standard_air(parameters["altitude"], parameters["isa_offset"])
     V, Omega = parameters["speed"], parameters["rotor_speed"]

@@ -22,8 +22,9 @@ def solve_combustor_many(
 ) -> ManySolutions:
     """Solve the combustor at every row of ``parameters`` (N, 5), some milliseconds each.
 
-    Columns in the order of :func:`vrsopt.combustor.network.combustor`, SI units. Raises :class:`InputError` for a wrong
-    shape or a value that is not finite.
+    Columns in the order of :func:`vrsopt.combustor.network.combustor`, SI units. ``reactors``: data of the network;
+    ``hydrogen_to_carbon`` [-] and ``heating_value`` [J/kg] of the fuel. Raises :class:`InputError` for a wrong shape or
+    a value that is not finite.
     """
     solver, reactor_by_reactor = _solver(reactors.model_dump_json(), hydrogen_to_carbon, heating_value)
     points = solver.checked(parameters)

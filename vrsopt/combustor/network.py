@@ -62,7 +62,8 @@ def combustor(
     Parameters: ``pressure`` [Pa], ``temperature`` [K] and ``air_flow`` [kg/s, moist] of the air that enters,
     ``fuel_flow`` [kg/s], ``humidity`` [kg of vapour per kg of dry air], then the numbers of ``reactors`` that are named
     in ``free`` (to calibrate them). The fuel is CHx with ``heating_value`` [J/kg]. Emission indices are per kg of fuel,
-    NOx as NO2. ``pockets`` of the primary zone: 9 are within 2 % of 21. Built once per data.
+    NOx as NO2. ``pockets`` of the primary zone: 9 are within 2 % of 21. Built once per data. ``hydrogen_to_carbon``: x
+    of the fuel.
     """
     return _built(reactors.model_dump_json(), hydrogen_to_carbon, heating_value, free, pockets)
 

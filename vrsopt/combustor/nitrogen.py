@@ -24,7 +24,8 @@ def balance(one: Gas, incoming: Any, volume_per_flow: Any, *, methylene: Any, re
     """NO of the gas ``one`` minus what comes in and what is made [mol/kg], zero in steady state.
 
     ``methylene``: fuel carbon that passes through CH2 in this gas [mol/kg]. ``renewed``: share of the inflow that
-    brings no N2O along. N, NH, N2O and NNH are in steady state.
+    brings no N2O along. N, NH, N2O and NNH are in steady state. ``incoming``: NO of the inflow [mol/kg];
+    ``volume_per_flow`` [m3 s/kg].
     """
     thermo, c = one.thermo, one.pool.concentration
     surplus = ca.exp(-one.recombination_affinity)

@@ -50,7 +50,10 @@ class Gas:
 
 
 def gas(x: Any, pressure: Any, stream: Stream) -> Gas:
-    """The gas of the unknowns ``x`` (7,), with N2 and Ar of ``stream``."""
+    """The gas of the unknowns ``x`` (7,), with N2 and Ar of ``stream``.
+
+    ``pressure`` [Pa].
+    """
     log = dict(zip(MAJOR, ca.vertsplit(x)[:5], strict=True))
     t = x[5] / 1000.0
     thermo = Thermo.at(t)
@@ -98,7 +101,7 @@ def equations(
 
     ``methylene``: fuel carbon that passes through CH2 in this reactor [mol per kg of inflow]. ``renewed``: share of the
     inflow that is not the zone's own gas. In ``"equilibrium"`` mode both slow constraints are dropped (a start for the
-    kinetic one).
+    kinetic one). ``x`` (7,): unknowns as of :func:`gas`; ``pressure`` [Pa].
     """
     one = gas(x, pressure, inflow)
     n = one.amount

@@ -87,6 +87,7 @@ def solve_reactors(
     """Damped Newton in every column: states (7, N) from ``start`` (7, N), and which of them converged (N,).
 
     ``conditions`` (12, N): pressure, volume over flow, carbon by way of CH2 and the nine parts of the inflow.
+    ``tolerance``: largest scaled residual.
     """
     x, done = start.copy(), np.zeros(start.shape[1], dtype=bool)
     most = np.array([LOG_STEP] * 5 + [TEMPERATURE_STEP])

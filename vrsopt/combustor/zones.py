@@ -64,7 +64,10 @@ def air_stream(temperature: Any, humidity: Any) -> Stream:
 
 
 def fuel_stream(hydrogen_to_carbon: float, heating_value: float) -> Stream:
-    """A kilogram of fuel CHx, liquid at 298.15 K, as what it breaks up into with half an O2 per carbon: CO and H2."""
+    """A kilogram of fuel CHx, liquid at 298.15 K, as what it breaks up into with half an O2 per carbon: CO and H2.
+
+    ``hydrogen_to_carbon``: x [-]; ``heating_value`` [J/kg].
+    """
     known = all_species()
     carbon = 1.0 / (ATOMIC_MASS["C"] + hydrogen_to_carbon * ATOMIC_MASS["H"])
     products = known["CO2"].h298 + 0.5 * hydrogen_to_carbon * known["H2O"].h298
@@ -148,7 +151,10 @@ class Zones:
 
 
 def leaving(inflows: Sequence[Stream], weights: np.ndarray, slow: Sequence[tuple[Any, Any, Any]]) -> Stream:
-    """Mean of a zone's pockets with the moles, CO and NO [mol/kg] that each of them has in the end."""
+    """Mean of a zone's pockets with the moles, CO and NO [mol/kg] that each of them has in the end.
+
+    ``inflows`` of the pockets, ``weights`` (pockets,) of the mean; ``slow``: these three of each pocket.
+    """
     kept = [sum(float(w) * stream.parts()[i] for w, stream in zip(weights, inflows, strict=True)) for i in range(6)]
     changed = [sum(float(w) * one[i] for w, one in zip(weights, slow, strict=True)) for i in range(3)]
     return Stream(*kept, *changed)

@@ -35,26 +35,38 @@ def number_or_list(low: float, high: float) -> Callable[[Any], float | tuple[flo
 
 
 def true_or_false(value: Any) -> bool:
-    """A check for a switch."""
+    """A check for a switch.
+
+    ``value``: as read from the file.
+    """
     if not isinstance(value, bool):
         raise ValueError("allowed: true or false")
     return value
 
 
 def printable(text: str) -> str:
-    """A check for names, which messages and tables show in one line."""
+    """A check for names, which messages and tables show in one line.
+
+    ``text``: as read from the file.
+    """
     if not text.isprintable():
         raise ValueError("allowed: a text in one line, of characters that can be shown")
     return text
 
 
 def tenths_up(value: float) -> str:
-    """A lower limit as a message states it, in tenths and never below the limit itself."""
+    """A lower limit as a message states it, in tenths and never below the limit itself.
+
+    ``value``: the limit.
+    """
     return f"{ceil(10.0 * value - 1e-9) / 10.0:.1f}"
 
 
 def complaint(field: str, value: Any, allowed: str) -> PydanticCustomError:
-    """An error about ``field`` of a table as a whole (it depends on other fields), for its validator to raise."""
+    """An error about ``field`` of a table as a whole (it depends on other fields), for its validator to raise.
+
+    ``value``: what the file states, None where it is missing; ``allowed``: what may stand there.
+    """
     return PydanticCustomError("complaint", "{allowed}", {"field": field, "value": value, "allowed": allowed})
 
 

@@ -132,7 +132,10 @@ def _heading(nodes: Conditions, values: dict[str, Array], course: Array) -> Arra
 
 
 def ground_distances(profile: Profile, max_step: float = 1.0) -> Array:
-    """Distance flown over the ground in each segment [m], (n_segments,), by the trapezoidal rule on the grid."""
+    """Distance flown over the ground in each segment [m], (n_segments,), by the trapezoidal rule on the grid.
+
+    ``max_step``: of the grid [s].
+    """
     distances = np.zeros(len(profile.segments))
     for index, item in enumerate(profile.segments):
         time = np.linspace(0.0, item.duration, max(2, ceil(item.duration / max_step) + 1))

@@ -74,7 +74,10 @@ def parallel_tracks(
 
 
 def track_pitch(leg: float, spacing: float, *, radius: float, roll_length: float) -> float:
-    """Distance flown over one leg of :func:`parallel_tracks` and the turn to the next."""
+    """Distance flown over one leg of :func:`parallel_tracks` and the turn to the next.
+
+    ``leg`` and ``spacing`` [m] as there.
+    """
     cross = _Cross.of(spacing, radius=radius, roll_length=roll_length)
     shape = turn_shape(cross.angle_deg, radius=cross.radius, roll_length=roll_length)
     return leg + cross.straight + float(shape.length) * (180.0 / cross.angle_deg)
@@ -160,7 +163,8 @@ def race_track(
     """Two legs of ``leg``, 2 ``radius`` apart, joined by half circles, the first along ``bearing_deg``.
 
     Begins with that leg; ``centre`` lies amid the two. Every circuit lies exactly on the one before: on the ellipsoid
-    two half circles lead back only almost, and the second leg and turn are made to fit.
+    two half circles lead back only almost, and the second leg and turn are made to fit. ``right``: turns to the right,
+    else to the left.
     """
     side = 1.0 if right else -1.0
     entry = plane_pose(Pose(centre, bearing_deg), -0.5 * leg, across=-side * radius)
@@ -178,7 +182,8 @@ def race_track(
 def circle(centre: Point, bearing_deg: float, *, radius: float, roll_length: float, right: bool = True) -> Pattern:
     """The orbit of ``radius`` about ``centre``; its entry lies on ``bearing_deg`` from there.
 
-    Begins with the spiral that leads from straight flight into the orbit, and goes on circle by circle.
+    Begins with the spiral that leads from straight flight into the orbit, and goes on circle by circle. ``right``:
+    turned to the right, else to the left.
     """
     side = 1.0 if right else -1.0
     curvatures = (0.0, 1.0 / radius)

@@ -203,14 +203,20 @@ Way = list[Leg | Arc | Spiral]
 
 
 def turned_by(distance: float, *, whole: float, curvatures: tuple[float, float]) -> float:
-    """Change of direction [rad], + to the right, ``distance`` after the start of a spiral: the curvature's integral."""
+    """Change of direction [rad], + to the right, ``distance`` after the start of a spiral: the curvature's integral.
+
+    ``whole``: its length [m]; ``curvatures`` [1/m] at its start and its end.
+    """
     before, after = curvatures
     part = distance / whole
     return distance * (before + (after - before) * part * part * (1.0 - 0.5 * part))
 
 
 def spiral_shape(distance: float, *, whole: float, curvatures: tuple[float, float]) -> tuple[float, float]:
-    """Displacement (along, across) [m] in the plane ``distance`` [m] after the start of a spiral, + to the right."""
+    """Displacement (along, across) [m] in the plane ``distance`` [m] after the start of a spiral, + to the right.
+
+    ``whole``: its length [m]; ``curvatures`` [1/m] at its start and its end.
+    """
     along = across = 0.0
     for node, weight in GAUSS:
         direction = turned_by(distance * node, whole=whole, curvatures=curvatures)

@@ -70,7 +70,8 @@ def change_duration(differences: tuple[float, float], largest: tuple[float, floa
 def ground_speed(airspeed: float, course_deg: ArrayLike, altitude: ArrayLike, wind: Wind) -> Array:
     """Speeds over the ground [m/s] on courses [deg] at horizontal airspeed [m/s]: the triangle of velocities.
 
-    Raises :class:`InputError` if the wind is too strong to hold a course.
+    ``course_deg``: true; ``altitude`` [m], at which ``wind`` is taken. Raises :class:`InputError` if the wind is too
+    strong to hold a course.
     """
     along, across = wind.along_and_across(course_deg, altitude)
     square = airspeed**2 - across**2
@@ -104,8 +105,8 @@ def hold(
 ) -> SpeedLaw:
     """Constant horizontal airspeed and climb rate ``speeds`` [m/s] for ``duration`` [s] from distance and altitude.
 
-    In wind it is found by fixed-point sweeps over a Chebyshev series. ``course`` is that of
-    :func:`course_along`, taken as constant beyond its ends; None in still air, where it does not matter.
+    In wind it is found by fixed-point sweeps over a Chebyshev series. ``course`` is that of :func:`course_along`, taken
+    as constant beyond its ends; None in still air, where it does not matter. ``begin``: distance and altitude [m].
     """
     distance, altitude = begin
     airspeed, climb_rate = speeds

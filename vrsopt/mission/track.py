@@ -79,7 +79,8 @@ def track_mission(
 ) -> FlownMission:
     """The track in a file (CSV, GPX), flown with a take-off mass [kg] on a day ``isa_offset`` [K] off standard.
 
-    Raises :class:`InputError` for a file that can not be used, and for a track that leaves what the model covers.
+    ``path``: of the file; ``aircraft``: shipped, or a TOML file; ``limits``: of schedules; ``wind`` by altitude. Raises
+    :class:`InputError` for a file that can not be used, and for a track that leaves what the model covers.
     """
     low, high = BOX.mass
     if not low <= takeoff_mass <= high:

@@ -84,7 +84,10 @@ class Column:
 
 
 def recognised(headings: Sequence[str]) -> dict[str, list[Column]]:
-    """The columns found for each quantity, the one to prefer first."""
+    """The columns found for each quantity, the one to prefer first.
+
+    ``headings``: of the columns, as the file has them.
+    """
     keys = [re.sub(r"[^a-z0-9]+", "", heading.lower()) for heading in headings]
     tracker = any(key in FLIGHT_TRACKER for key in keys)
     found: dict[str, list[Column]] = {}

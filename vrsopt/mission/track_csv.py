@@ -54,7 +54,10 @@ class _Fix:
 
 
 def parse_csv(text: str, *, where: str, name: str) -> Track:
-    """The track in a text table; raises :class:`InputError` (file, line, column, value, what is allowed)."""
+    """The track in a text table; raises :class:`InputError` (file, line, column, value, what is allowed).
+
+    ``text``: content of the file; ``where``: how messages call it; ``name``: of the track.
+    """
     header, delimiter, columns = _header(text, where)
     rows = list(_rows(text, delimiter, where, after=header))
     chosen = _chosen(columns, [cells for _, cells in rows], where, header)

@@ -62,7 +62,8 @@ class Smoothing:
 def smoothed(track: Track, fixes: Fixes, notes: list[str], *, assumed_hover: float) -> Smoothing:
     """How the track is smoothed; what was found out goes to ``notes``.
 
-    Raises :class:`InputError` for fixes too far apart in time, or in place.
+    ``assumed_hover``: height [m] of hovers where the track does not tell. Raises :class:`InputError` for fixes too far
+    apart in time, or in place.
     """
     time, duration = fixes.time, float(fixes.time[-1])
     step = float(np.median(np.diff(time)))

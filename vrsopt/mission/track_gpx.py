@@ -40,9 +40,9 @@ class _Piece:
 def parse_gpx(text: str, *, where: str, name: str) -> Track:
     """The track in a GPX document; its tracks and their segments are joined in the order of time.
 
-    Routes count where there is no track; waypoints do not. Raises :class:`InputError` for what is no GPX, for a
-    document type declaration (its entities could stand for anything), for points without times, and for tracks that
-    overlap.
+    Routes count where there is no track; waypoints do not. ``text``: content of the file; ``where``: how messages call
+    it; ``name``: of the track. Raises :class:`InputError` for what is no GPX, for a document type declaration (its
+    entities could stand for anything), for points without times, and for tracks that overlap.
     """
     document = _document(text, where)
     pieces, notes = _pieces(document, where)

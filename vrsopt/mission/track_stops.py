@@ -233,7 +233,10 @@ def _over_known_ground(stop: Stop, others: list[Stop]) -> Stop:
 
 
 def runs(flags: Array) -> Iterator[tuple[int, int]]:
-    """First and last index of each run of true values."""
+    """First and last index of each run of true values.
+
+    ``flags`` (N,).
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     for first, after in edges.reshape(-1, 2):
         yield int(first), int(after) - 1

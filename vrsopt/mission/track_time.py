@@ -26,7 +26,10 @@ class Stamp:
 
 
 def parse_number(text: str) -> float:
-    """A finite decimal number; raises :class:`ValueError` for anything else, infinities and nan too."""
+    """A finite decimal number; raises :class:`ValueError` for anything else, infinities and nan too.
+
+    ``text``: of a field.
+    """
     if not NUMBER.fullmatch(text) or not isfinite(value := float(text)):
         raise ValueError(text)
     return value
@@ -35,7 +38,7 @@ def parse_number(text: str) -> float:
 def parse_time(text: str, factor: float = 1.0) -> Stamp:
     """A time in any of the forms; plain numbers are multiplied by ``factor`` to seconds.
 
-    Raises :class:`ValueError` for what is none.
+    ``text``: of a field. Raises :class:`ValueError` for what is none.
     """
     if COMPACT.fullmatch(text):
         return _date(datetime.strptime(text, "%Y%m%d%H%M%S"))

@@ -38,7 +38,7 @@ def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
     Dimensions: ``schedule``; ``limit``; ``node``, the fine grid on which schedules are flown on the surrogate;
     ``physics_node``, that on which they are flown on the physics; ``band_node``, the decision nodes in flight;
     ``segment``; ``phase``; ``end``, the least and the largest of a range. Both ends of every segment are nodes, so
-    times at edges occur twice. Units are in the attributes.
+    times at edges occur twice. Units are in the attributes. ``mission_text`` is kept in the attributes.
     """
     import xarray as xr
 

@@ -146,13 +146,19 @@ def foca_line(comparison: Comparison) -> str:
 
 
 def between(values: Iterable[float], form: str) -> str:
-    """A range as text; one number if both ends look the same."""
+    """A range as text; one number if both ends look the same.
+
+    ``values``: its ends; ``form``: format of a number.
+    """
     low, high = (number(value, form) for value in fit_range(values))
     return low if low == high else f"{low} to {high}"
 
 
 def number(value: float, form: str) -> str:
-    """A number as text, zero without a minus, or that there is none."""
+    """A number as text, zero without a minus, or that there is none.
+
+    ``value``: nan where there is none; ``form``: its format.
+    """
     if not math.isfinite(value):
         return NOTHING
     text = format(value, form)

@@ -56,7 +56,10 @@ def envelope_figures(maps: xr.Dataset) -> dict[str, Figure]:
 
 
 def map_figure(maps: xr.Dataset, name: str) -> Figure:
-    """One of MAPS over airspeed and altitude, a panel for each mass."""
+    """One of MAPS over airspeed and altitude, a panel for each mass.
+
+    ``name``: which; ``maps``: those of :func:`vrsopt.envelope`.
+    """
     variable, title, colours = MAPS[name]
     figure = new_figure(WIDTH * maps.sizes["mass"] + 0.9, HEIGHT)
     axes = figure.subplots(1, maps.sizes["mass"], sharey=True, squeeze=False)[0]

@@ -74,7 +74,7 @@ def report_page(
     """The page.
 
     ``pictures``: PNGs by name of the variant ("" for the comparison itself) and of the figure; ``record``: where the
-    result comes from, by name.
+    result comes from, by name. ``mission_text``: the input as the user gave it.
     """
     name = html.escape(comparison.mission.name)
     cases = {"": comparison, **comparison.variants}

@@ -83,7 +83,8 @@ def points(comparison: Comparison, nodes: np.ndarray) -> xr.Dataset:
 def point_columns(comparison: Comparison, path: xr.Dataset, nodes: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of numbers (N,) at the points: COLUMNS, and FLOWN for every schedule, as ``trajectory_twist_deg``.
 
-    Not a number where there is none: heights where the ground does not matter, limits in idle.
+    Not a number where there is none: heights where the ground does not matter, limits in idle. ``nodes`` (N,): indices
+    of the points on the fine grid.
     """
     columns = {name: factor * path[variable].to_numpy() for name, (variable, factor, _) in COLUMNS.items()}
     for schedule, result in comparison.results.items():

@@ -51,7 +51,10 @@ def figures(comparison: Comparison) -> dict[str, Figure]:
 
 
 def png(figure: Figure, *, dpi: float = 110) -> bytes:
-    """The figure as a PNG; the same figure gives the same bytes."""
+    """The figure as a PNG; the same figure gives the same bytes.
+
+    ``dpi``: pixels per inch.
+    """
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
     return stream.getvalue()

@@ -120,7 +120,10 @@ def _limits(axes: Axes, comparison: Comparison) -> None:
 
 
 def schedule_lines(axes: Axes, comparison: Comparison, values: dict[str, np.ndarray]) -> None:
-    """One line per schedule over the fine grid."""
+    """One line per schedule over the fine grid.
+
+    ``values``: what is drawn, from the result of a schedule.
+    """
     scale = line_scale(comparison.profile)
     for name, series in values.items():
         colour, style, width = SCHEDULE_STYLES[name]
@@ -138,7 +141,10 @@ def _bounds(axes: Axes, bounds: list[float]) -> None:
 
 
 def legend_beside(axes: Axes, **options: Any) -> Legend:
-    """A legend to the right of the axes, outside the data."""
+    """A legend to the right of the axes, outside the data.
+
+    ``options`` go to matplotlib.
+    """
     return axes.legend(
         loc="upper left",
         bbox_to_anchor=(1.01, 1.0),

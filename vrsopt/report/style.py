@@ -102,7 +102,10 @@ def kinds_of(profile: Profile) -> list[str]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure [inches] that draws without a display and shares no state with the user's own plots."""
+    """An empty figure [inches] that draws without a display and shares no state with the user's own plots.
+
+    ``width`` and ``height`` [inches].
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -166,7 +169,10 @@ def kind_handles(kinds: Iterable[str]) -> list[Any]:
 
 
 def at_gaps(segment: np.ndarray, time: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
-    """``values`` cut where a new segment begins later than the one before it ended."""
+    """``values`` cut where a new segment begins later than the one before it ended.
+
+    ``segment`` and ``time`` [s] (N,) of the nodes.
+    """
     return np.split(values, np.flatnonzero((np.diff(segment) != 0) & (np.diff(time) > SAME_TIME)) + 1)
 
 

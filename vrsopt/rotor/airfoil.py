@@ -168,7 +168,10 @@ class Airfoil(Record):
 
 
 def attachment(sine: Any, limits: tuple[Any, Any, Any, Any]) -> Any:
-    """Weight of the attached lift in forward flow between the limits of :meth:`Airfoil.attached_limits`."""
+    """Weight of the attached lift in forward flow between the limits of :meth:`Airfoil.attached_limits`.
+
+    ``sine``: of the angle of attack; ``limits``: upper and its width, lower and its width.
+    """
     upper, upper_width, lower, lower_width = limits
     return logistic((upper - sine) / upper_width) * logistic((sine - lower) / lower_width)
 
@@ -211,7 +214,10 @@ def with_largest_lift(section: Airfoil, factor: float) -> Airfoil:
 
 
 def polynomial(coefficients: Sequence[float], x: Any) -> Any:
-    """Horner's rule, constant term first."""
+    """Horner's rule, constant term first.
+
+    ``coefficients`` of the powers of ``x``.
+    """
     value: Any = coefficients[-1]
     for coefficient in reversed(coefficients[:-1]):
         value = value * x + coefficient
@@ -219,7 +225,10 @@ def polynomial(coefficients: Sequence[float], x: Any) -> Any:
 
 
 def ramp_width(log_excess: Sequence[float], mach: Any) -> Any:
-    """Width of a ramp: its smallest value and the exponential of a polynomial."""
+    """Width of a ramp: its smallest value and the exponential of a polynomial.
+
+    ``log_excess``: coefficients of that polynomial of ``mach``.
+    """
     return SMALLEST_WIDTH + ca.exp(polynomial(log_excess, mach))
 
 
@@ -234,6 +243,9 @@ def softplus(x: Any, width: Any) -> Any:
 
 
 def smooth_clip(x: Any, lower: float, upper: float, width: float = 0.01) -> Any:
-    """x held between two bounds, rounded over about ``width`` at each."""
+    """x held between two bounds, rounded over about ``width`` at each.
+
+    ``lower`` and ``upper``: the bounds, in the unit of x.
+    """
     high = 0.5 * (x + upper - ca.sqrt((x - upper) ** 2 + width**2))
     return 0.5 * (high + lower + ca.sqrt((high - lower) ** 2 + width**2))

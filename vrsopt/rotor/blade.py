@@ -126,7 +126,10 @@ def _nodes(station: np.ndarray) -> np.ndarray:
 
 
 def hermite(nodes: np.ndarray, radius: np.ndarray, order: int) -> np.ndarray:
-    """Cubic Hermite basis, or its derivative of that order, at radii (E,): (E, 2 n_nodes); zero inboard of the root."""
+    """Cubic Hermite basis, or its derivative of that order, at radii (E,): (E, 2 n_nodes); zero inboard of the root.
+
+    ``radius`` (E,) and ``nodes`` [m].
+    """
     element = np.clip(np.searchsorted(nodes, radius, side="right") - 1, 0, len(nodes) - 2)
     length = np.diff(nodes)[element]
     x = (radius - nodes[element]) / length

@@ -49,9 +49,10 @@ def unsteady_blade_loads(
 ) -> SectionLoads:
     """Loads on an (E, N) grid of elements with dynamic stall; the N columns are uniform azimuths of one revolution.
 
-    velocities: of the air relative to the quarter chord [m/s], (E, N) each: against its motion U_T, upward U_P,
-    outward U_R. pitch [rad] and pitch_rate [rad/s], the section's nose-up rotation about the span: (E, N).
-    chord_recovery: chord force of attached flow by that recovery factor instead of the section's drag.
+    velocities: of the air relative to the quarter chord [m/s], (E, N) each: against its motion U_T, upward U_P, outward
+    U_R. pitch [rad] and pitch_rate [rad/s], the section's nose-up rotation about the span: (E, N). chord_recovery:
+    chord force of attached flow by that recovery factor instead of the section's drag. drag_level: drag coefficient of
+    the section at zero incidence and low Mach number. chord [m], rotor_speed [rad/s].
     """
     felt = [value.T for value in (*velocities, pitch, pitch_rate)]  # (N, E): time runs down
     step = 2 * pi / (rotor_speed * pitch.shape[1])

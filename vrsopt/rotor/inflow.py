@@ -66,7 +66,10 @@ def shape_polynomial(m: int, n: int) -> np.ndarray:
 
 
 def radial_shape(m: int, n: int, radius: np.ndarray) -> np.ndarray:
-    """phi_n^m at radii over R (E,)."""
+    """phi_n^m at radii over R (E,).
+
+    ``m``: harmonic; ``n``: number of the shape; ``radius`` over R [-].
+    """
     return np.asarray(np.polynomial.polynomial.polyval(radius, shape_polynomial(m, n)))
 
 

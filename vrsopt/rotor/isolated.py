@@ -54,7 +54,10 @@ def conditions(rotor: MainRotor, **given: float) -> dict[str, float]:
 
 
 def stiff_blade(*, root: float, tip: float, mass_per_length: float = 5.0) -> Blade:
-    """A uniform blade from ``root`` to ``tip`` [m] that hardly bends or twists, as a model rotor's blade."""
+    """A uniform blade from ``root`` to ``tip`` [m] that hardly bends or twists, as a model rotor's blade.
+
+    ``mass_per_length`` [kg/m].
+    """
     length = tip - root
     bending = 1e5 * mass_per_length * length**4  # first flap frequency 3.52 sqrt(1e5) rad/s
     numbers: dict[str, tuple[str, float | tuple[float, ...]]] = {
@@ -146,7 +149,7 @@ def model_rotor(
     """Rotor of a hover test: two stiff blades without twist and precone; lengths in m, tip speed in m/s.
 
     root_cutout: over the radius. Drag level of the section 0.0085, that of NACA 0012 at a Reynolds number of about 2e6.
-    What a rotor alone does not need is taken from ``like``.
+    What a rotor alone does not need is taken from ``like``. radius and chord [m].
     """
     return like.replaced(
         blades=2,

@@ -48,8 +48,9 @@ def section_loop(
 ) -> SectionLoop:
     """Loads of a section in a steady stream that repeats the schedule ``pitch`` (N,) [rad], uniform in time.
 
-    reduced_frequency: k = omega c / (2 U) of the whole period. drag_level: the fit's own by default. Raises
-    :class:`InputError` when the schedule is too short or a number is impossible.
+    reduced_frequency: k = omega c / (2 U) of the whole period. drag_level: the fit's own by default. chord_recovery:
+    share of the chord force of attached flow; None: the section's drag. Raises :class:`InputError` when the schedule is
+    too short or a number is impossible.
     """
     pitch = np.asarray(pitch, dtype=float)
     if pitch.ndim != 1 or len(pitch) < 8 or not np.all(np.isfinite(pitch)):

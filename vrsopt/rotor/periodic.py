@@ -16,8 +16,8 @@ import casadi as ca
 def lagged(rates: Any, values: Any) -> Any:
     """Periodic solutions of x' = rate (u - x), one in each column of (N, E); ``rates`` per time step.
 
-    Exact for u linear and a rate that is constant over each step: x+ = e x + u (w - e) + u+ (1 - w), e = exp(-z),
-    w = (1 - e)/z.
+    Exact for u linear and a rate that is constant over each step: x+ = e x + u (w - e) + u+ (1 - w), e = exp(-z), w =
+    (1 - e)/z. ``values``: u, (N, E).
     """
     return _columns(_lag, rates, values)
 
@@ -31,12 +31,18 @@ def driven(rates: Any, sources: Any) -> Any:
 
 
 def fed(rates: Any, values: Any, feed: Any) -> Any:
-    """Periodic solutions of x' = feed u' - rate x, one in each column of (N, E); ``rates`` per time step."""
+    """Periodic solutions of x' = feed u' - rate x, one in each column of (N, E); ``rates`` per time step.
+
+    ``values``: u, (N, E).
+    """
     return _columns(_feed, rates, values, feed)
 
 
 def rate_of_change(values: Any, step: Any) -> Any:
-    """Central differences by time (N, E) around the circle; ``step`` between two rows."""
+    """Central differences by time (N, E) around the circle; ``step`` between two rows.
+
+    ``values`` (N, E).
+    """
     return (ca.vertcat(values[1:, :], values[0, :]) - ca.vertcat(values[-1, :], values[:-1, :])) / (2 * step)
 
 

@@ -35,8 +35,8 @@ def blade_loads(
     """Loads on an (E, N) grid of elements whose section follows its static tables.
 
     velocities: of the air relative to the element [m/s], (E, N) each: against its motion U_T, upward U_P, outward U_R.
-    pitch: (E, N) rad. drag_level: drag coefficient of the section at zero incidence and low Mach number.
-    The section feels the velocity normal to the span; the drag along the span is that of the yawed section.
+    pitch: (E, N) rad. drag_level: drag coefficient of the section at zero incidence and low Mach number. The section
+    feels the velocity normal to the span; the drag along the span is that of the yawed section. chord [m], (E,).
     """
 
     def loads(state: Any, common: Any) -> list[Any]:
@@ -50,7 +50,10 @@ def blade_loads(
 
 
 def flow_angles(U_T: Any, U_P: Any, pitch: Any) -> tuple[Any, Any, Any]:
-    """Speed normal to the span, never less than ``SLOWEST``, and sine and cosine of the angle of attack."""
+    """Speed normal to the span, never less than ``SLOWEST``, and sine and cosine of the angle of attack.
+
+    ``U_T`` and ``U_P``: velocities [m/s] against the motion and upward; ``pitch`` [rad].
+    """
     U = ca.sqrt(U_T**2 + U_P**2 + SLOWEST**2)
     sine, cosine = ca.sin(pitch), ca.cos(pitch)
     return U, (U_T * sine + U_P * cosine) / U, (U_T * cosine - U_P * sine) / U
@@ -59,7 +62,10 @@ def flow_angles(U_T: Any, U_P: Any, pitch: Any) -> tuple[Any, Any, Any]:
 def resolved(
     velocities: tuple[Any, Any, Any], U: Any, coefficients: tuple[Any, Any, Any], *, density: Any, chord: float
 ) -> tuple[Any, Any, Any, Any, Any]:
-    """Loads of :class:`SectionLoads` from the coefficients of lift, drag and moment."""
+    """Loads of :class:`SectionLoads` from the coefficients of lift, drag and moment.
+
+    ``velocities`` [m/s], of which ``U`` is normal to the span; ``density`` [kg/m3]; ``chord`` [m].
+    """
     U_T, U_P, U_R = velocities
     c_l, c_d, c_m = coefficients
     scale = 0.5 * density * chord * U

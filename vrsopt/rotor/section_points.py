@@ -74,7 +74,7 @@ def _attached_line(table: Table, lift: np.ndarray) -> tuple[float, float]:
 def columns(table: Table, highest_mach: float = HIGHEST_MACH) -> tuple[np.ndarray, np.ndarray]:
     """Mach numbers (m,) between the ends of the fit and their columns (n, m); the last one below where none is.
 
-    The deck has passed :func:`check`.
+    The deck has passed :func:`check`. ``highest_mach``: end of the fit.
     """
     inside = (table.mach >= LOWEST_MACH) & (table.mach <= highest_mach)
     if not inside.any():
@@ -83,7 +83,10 @@ def columns(table: Table, highest_mach: float = HIGHEST_MACH) -> tuple[np.ndarra
 
 
 def points_of(table: Table, angles: tuple[float, float], highest_mach: float, *, between: bool = False) -> Points:
-    """``between``: also halfway between the Mach numbers, where a deck is read linearly: drag rises steeply there."""
+    """``between``: also halfway between the Mach numbers, where a deck is read linearly: drag rises steeply there.
+
+    Points of ``table`` at ``angles`` (lowest, highest) [deg] and up to ``highest_mach``.
+    """
     grid, values = columns(table, highest_mach)
     if between and len(grid) > 1:
         known, grid = grid, np.union1d(grid, 0.5 * (grid[:-1] + grid[1:]))

@@ -82,8 +82,9 @@ def tail_rotor_loads(
 
     inflow: induced velocity over tip speed; teeter: cosine and sine flap angle [rad]; rotor_speed: its own [rad/s];
     speed: of its hub through the air along the disc [m/s]; axial_speed: of its hub through the air to the right, along
-    its thrust [m/s], as in a climb: the air comes against the thrust. The inflow residual is momentum theory with
-    both, C_T = 2 lambda_i sqrt(mu^2 + (lambda_i + lambda_c)^2).
+    its thrust [m/s], as in a climb: the air comes against the thrust. The inflow residual is momentum theory with both,
+    C_T = 2 lambda_i sqrt(mu^2 + (lambda_i + lambda_c)^2). collective [rad]; drag_level: drag coefficient of the section
+    at zero incidence.
     """
     points, weights = np.polynomial.legendre.leggauss(STATIONS)
     inner, R = rotor.root_cutout * rotor.radius, rotor.radius

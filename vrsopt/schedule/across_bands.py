@@ -21,7 +21,8 @@ def across_bands(
     """Nodes (n,) of a schedule and those that it needs at the edges of ``bands``, in order.
 
     Where the straight line between two nodes of a segment takes longer over a band than allowed, the crossing is
-    shortened about its middle; the twist stays on its line.
+    shortened about its middle; the twist stays on its line. ``segment``, ``time`` [s], ``rotor_speed`` [rad/s] and
+    ``twist`` [rad] (n,) of the nodes.
     """
     rows = list(zip(segment, time, rotor_speed, twist, strict=True))
     for k in np.flatnonzero(np.diff(segment) == 0):

@@ -190,7 +190,8 @@ def rotor_speed_band(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest allowed rotor speed (N,) [rad/s] whose fuel flow stays within ``tolerance`` of the optimum.
 
-    Twist stays at its optimum; the band is the connected one around the optimum.
+    Twist stays at its optimum; the band is the connected one around the optimum. ``mass`` (N,) [kg]; ``box`` (2, 2):
+    lower and upper rotor speed [rad/s] and twist [rad]; ``points``: rotor speeds tried.
     """
     rotor_speed = np.linspace(box[0, 0], box[1, 0], points)
     ends = np.empty((2, len(mass)))

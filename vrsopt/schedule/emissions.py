@@ -102,6 +102,7 @@ def phases(profile: Profile, fuel_per_segment: np.ndarray, emissions: Emitted) -
     """The phases of a mission by name, in the order of PHASES; kinds of task that are none count as COUNTED_AS says.
 
     The sums over the phases are the totals, but for the range of NOx where the fits cross between phases.
+    ``fuel_per_segment`` (segments,) [kg].
     """
     kinds = np.array([COUNTED_AS.get(segment.kind, segment.kind) for segment in profile.segments])
     durations = np.array([segment.duration for segment in profile.segments])

@@ -89,7 +89,10 @@ class Jet:
 
 
 def chain(outer: tuple[np.ndarray, ...], u: Jet) -> Jet:
-    """F(u) from the value and the two derivatives of F at the value of ``u``."""
+    """F(u) from the value and the two derivatives of F at the value of ``u``.
+
+    ``outer``: these three.
+    """
     value, slope, bend = outer
     parts = slope * u.parts
     parts[0] = value

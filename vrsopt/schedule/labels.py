@@ -68,7 +68,10 @@ class Labels:
 
 
 def labels_at(mesh: Mesh, kinds: Sequence[Kind], kind: np.ndarray, interval: np.ndarray, share: np.ndarray) -> Labels:
-    """Labels at ``share`` (R,) of the intervals ``interval`` (R,)."""
+    """Labels at ``share`` (R,) of the intervals ``interval`` (R,).
+
+    ``kind`` (R,): index into ``kinds``.
+    """
     time = mesh.start[interval] + share * mesh.step[interval]
     return Labels(tuple(kinds), kind, interval, mesh.segment[interval], time)
 

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def constant_schedule(profile: Profile, *, rotor_speed: float, twist: float, name: str = "constant") -> Schedule:
-    """Rotor speed [rad/s] and twist [rad] constant over the whole mission."""
+    """Rotor speed [rad/s] and twist [rad] constant over the whole mission.
+
+    ``name``: of the schedule.
+    """
     edges = np.asarray(profile.edges, dtype=float)
     time = np.column_stack([edges[:-1], edges[1:]]).ravel()
     segment = np.repeat(np.arange(len(edges) - 1), 2)

@@ -1,6 +1,7 @@
 """Integrals over a mission of what may jump at a node: it has one value before and one after each node.
 
-``segment`` (N,) is that of each node, sorted; both ends of every segment are nodes, so edges occur twice.
+``segment`` (N,) is that of each node, sorted; both ends of every segment are nodes, so edges occur twice. ``time`` (N,)
+[s] and ``sides`` (N, 2), the values before and after, are given by node.
 """
 
 from __future__ import annotations

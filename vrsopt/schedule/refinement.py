@@ -53,7 +53,10 @@ def refined_trajectory(
     additions: Additions | None = None,
     ipopt: Mapping[str, Any] | None = None,
 ) -> Trajectory:
-    """Schedule of least fuel, or cost, on the mission of ``grid`` from ``takeoff_mass`` [kg]; see :func:`refined`."""
+    """Schedule of least fuel, or cost, on the mission of ``grid`` from ``takeoff_mass`` [kg]; see :func:`refined`.
+
+    ``transcription``, ``mesh`` and ``ipopt``, options by IPOPT's own names, as of :class:`vrsopt.MissionProblem`.
+    """
     problem = TrajectoryProblem(
         grid.profile,
         make_path_model,

@@ -49,7 +49,10 @@ def make_rows(
     additions: Additions,
     depends_on_rate: np.ndarray,
 ) -> Rows:
-    """All rows; ``depends_on_rate`` (outputs,) tells which outputs of the node function feel the rate."""
+    """All rows; ``depends_on_rate`` (outputs,) tells which outputs of the node function feel the rate.
+
+    ``limit_names``: limits of the aircraft.
+    """
     parts = [_fuel(of), _controls(of), _limits(of, limit_names, additions.constraints, depends_on_rate)]
     accelerations = settings.rotor_speed_acceleration, settings.twist_acceleration
     for number, acceleration in enumerate(accelerations):

@@ -36,7 +36,10 @@ class Optimum:
 def scheduled(
     of: Discretisation, nodes: Points, at: np.ndarray, x: np.ndarray, unburned: np.ndarray
 ) -> tuple[Schedule, np.ndarray]:
-    """Schedule at the mesh nodes and the mass [kg] there; ``unburned`` (N,) [kg]: mass but for the fuel burned."""
+    """Schedule at the mesh nodes and the mass [kg] there; ``unburned`` (N,) [kg]: mass but for the fuel burned.
+
+    ``x``: unknowns of the NLP, scaled; ``at`` (N, 2): indices of the ends of the intervals among ``nodes``.
+    """
     values = np.empty((3, len(nodes.time)))
     values[0, at] = unburned[:, None] - FUEL_SCALE * x[of.layout.fuel[:, [0, -1]]]
     for control in of.layout.controls:
@@ -140,12 +143,18 @@ def residual(optimum: Optimum) -> float:
 
 
 def breaches(g: np.ndarray, bounds: Bounds) -> np.ndarray:
-    """Breach of every row, scaled; 0 where it is kept."""
+    """Breach of every row, scaled; 0 where it is kept.
+
+    ``g``: values of the rows, scaled.
+    """
     return np.asarray(np.maximum(np.maximum(bounds.lbg - g, g - bounds.ubg), 0.0))
 
 
 def details(of: Discretisation, rows: Labels, at: np.ndarray, optimum: Optimum, *, fuel_counts: bool) -> dict[str, Any]:
-    """What a trajectory has of multipliers and structure, by the names of its fields."""
+    """What a trajectory has of multipliers and structure, by the names of its fields.
+
+    ``at`` as of :func:`scheduled`; ``fuel_counts``: whether fuel is part of the objective.
+    """
     values, multipliers = integrals(rows, optimum)
     return {
         "costates": costates(of, rows, optimum, fuel_counts),

@@ -108,7 +108,10 @@ def _jumps(speed: np.ndarray, settings: ScheduleSettings) -> list[Jump]:
 
 def best_course(layers: Layers, maps: SpeedMaps, jumps: list[Jump], *, periodic: bool) -> Course:
     """The cheapest course; one that is to end as it began is the best of those that begin where the free one begins,
-    ends, or half-way. Raises :class:`NoSolutionError`."""
+    ends, or half-way. Raises :class:`NoSolutionError`.
+
+    ``periodic``: it is to end as it began.
+    """
     course = cheapest(layers, maps, jumps)
     if periodic and course.state[0] != course.state[-1]:
         first, last = course.state[[0, -1]].tolist()

@@ -58,7 +58,7 @@ def start_on(
 ) -> tuple[np.ndarray, float]:
     """Unknowns on ``schedule``: its values at the nodes, rates within their bounds, its own fuel.
 
-    Also the factor on the cost that makes it as large as the fuel is, 0 without a cost.
+    Also the factor on the cost that makes it as large as the fuel is, 0 without a cost. ``p``: parameters of the NLP.
     """
     layout, mesh = of.layout, of.mesh
     x = np.zeros(layout.size)

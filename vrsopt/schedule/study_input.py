@@ -96,7 +96,10 @@ def checked_schedules(schedules: Sequence[str]) -> Sequence[str]:
 
 
 def loaded(surrogate: Surrogate | Path | str | None, hashed: str) -> Surrogate:
-    """The surrogate of a file, or the shipped one; it must be of this model and this aircraft."""
+    """The surrogate of a file, or the shipped one; it must be of this model and this aircraft.
+
+    ``hashed``: hash of the aircraft's data.
+    """
     if isinstance(surrogate, Surrogate):
         return surrogate
     if surrogate is not None:

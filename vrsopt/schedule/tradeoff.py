@@ -108,8 +108,8 @@ def step_fronts(
     """The front of every decision step, at the masses of the pointwise schedule of least fuel.
 
     The search starts with both ends, the points of least fuel flow and of least NOx by :func:`batched_minimum`. Each
-    step has its own seed: the result does not depend on ``workers``. Raises :class:`NoSolutionError` where no rotor
-    speed and twist keep the limits.
+    step has its own seed: the result does not depend on ``workers``. ``generations``: of the search. Raises
+    :class:`NoSolutionError` where no rotor speed and twist keep the limits.
     """
     settings = settings or ScheduleSettings()
     own: dict[str, Any] = {"takeoff_mass": takeoff_mass, "settings": settings, "decision_step": decision_step}

@@ -67,7 +67,10 @@ METHODS = _methods()
 
 
 def method_of(transcription: str) -> Method:
-    """The method by its name; raises InputError."""
+    """The method by its name; raises InputError.
+
+    ``transcription``: its name.
+    """
     if transcription not in METHODS:
         raise InputError(f"trajectory: transcription = {transcription}: must be {' or '.join(METHODS)}")
     return METHODS[transcription]
@@ -227,7 +230,10 @@ def quadrature(mesh: Mesh, method: Method, evaluations: Evaluations, output: int
 
 
 def matrix(entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]], shape: tuple[int, int]) -> sparse.csc_matrix:
-    """Sparse matrix of (rows, columns, values), added up; entries of zero are left out."""
+    """Sparse matrix of (rows, columns, values), added up; entries of zero are left out.
+
+    ``shape``: (rows, columns).
+    """
     rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
     there = values != 0.0
     return sparse.csc_matrix((values[there], (rows[there], columns[there])), shape=shape)

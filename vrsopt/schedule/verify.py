@@ -182,7 +182,8 @@ def fly_physics(
     """Fly ``schedule`` on the physics from ``takeoff_mass`` [kg]; a function of its own for worker processes.
 
     On ``nodes``, if given (several schedules are compared on the same), else on those of the schedule itself, at most
-    ``step`` [s] apart. For the other options see :class:`NodePhysics`.
+    ``step`` [s] apart. For the other options see :class:`NodePhysics`. These are ``kinetic_energy``,
+    ``spin_down_credit`` and ``transmission``.
     """
     physics = NodePhysics(
         helicopter(limits.aircraft),

@@ -121,7 +121,8 @@ def follow_curve(
 
     ``jacobian(z, s)`` is (n, n + 1): [r_z, r_s]. Unknowns and residuals are scaled to order one. The root at the target
     is the first that the curve meets, solved to ``tolerance`` at exactly that parameter. The curve is given up where
-    ``admissible(z)`` is false, where it comes back to where it started, or when the effort is spent.
+    ``admissible(z)`` is false, where it comes back to where it started, or when the effort is spent. ``max_jacobians``:
+    the effort.
     """
     curve = _Curve(residual, jacobian)
     here = curve.start(start, first, 1.0 if target >= first else -1.0)

@@ -40,6 +40,7 @@ def broyden(
 
     Ends without success as soon as a step does not contract, or has a component above ``reach``: then the inverse is
     not good enough, and it is returned as it came, or the start is too far away, and may lead to another root.
+    ``tolerance``: largest component of the residual at the root.
     """
     x, r, updated = start, residual(start), inverse
     for count in range(1, MAX_STEPS + 1):

@@ -34,7 +34,10 @@ _EXPLAINED = {
 
 
 def ipopt_words(stats: dict[str, Any]) -> str:
-    """How IPOPT ended, in words; the subject is IPOPT."""
+    """How IPOPT ended, in words; the subject is IPOPT.
+
+    ``stats``: of CasADi's solver.
+    """
     found = str(stats["return_status"])
     return _EXPLAINED.get(found, found.replace("_", " ").lower())
 
@@ -54,7 +57,8 @@ def ipopt_options(**settings: Any) -> dict[str, Any]:
 def ipopt_status(stats: dict[str, Any]) -> Status:
     """IPOPT's return status as :class:`Status`; anything unknown counts as no progress.
 
-    CasADi takes an interrupt (Ctrl-C) for itself and stops IPOPT: it is raised again here.
+    CasADi takes an interrupt (Ctrl-C) for itself and stops IPOPT: it is raised again here. ``stats``: of CasADi's
+    solver.
     """
     if stats["return_status"] in ("User_Requested_Stop", "NonIpopt_Exception_Thrown"):
         raise KeyboardInterrupt

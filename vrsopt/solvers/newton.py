@@ -49,6 +49,7 @@ def newton(
     """Solve ``residual(x) = 0`` from ``start`` (n,) until its largest component is below ``tolerance``.
 
     ``factorisation`` is a neighbour's: it is used for chord steps first, and given up as soon as they contract badly.
+    ``jacobian(x)`` is (n, n); ``max_iterations``: steps after which it gives up.
     """
     x, r = start.copy(), residual(start)
     iterations, jacobians = 0, 0

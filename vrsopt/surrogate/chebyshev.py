@@ -3,7 +3,8 @@
 p(x) = sum c[a, b, ...] T_a(t_1) T_b(t_2) ..., t = 2 (x - lower)/(upper - lower) - 1, through the Chebyshev points of
 the first kind (Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2-3). A coefficient array has
 one axis per dimension, of length degree + 1, in the order of the dimensions; as a vector it is flattened in C order
-(the last dimension runs fastest).
+(the last dimension runs fastest). ``lower`` and ``upper`` (d,) are the box, ``degrees`` the degree of each of its
+dimensions.
 """
 
 from __future__ import annotations
@@ -139,6 +140,7 @@ def quadratic(
 
     At the centre value, first and second derivatives are those of the polynomial itself, and each costs one contraction
     with derivatives of T_n instead of a pass of automatic differentiation. Other arguments as :func:`expression`.
+    ``table``, ``degrees`` and ``kept`` are these.
     """
     contracted: dict[tuple[int, ...], Any] = {(): _without_zeros(table, degrees, kept)}
     for k in reversed(range(len(degrees))):

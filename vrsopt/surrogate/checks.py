@@ -1,4 +1,8 @@
-"""Checks of what a Kriging is given: tables, boxes, and whether the rows determine the trend."""
+"""Checks of what a Kriging is given: tables, boxes, and whether the rows determine the trend.
+
+``field`` and ``names``: how messages call what is checked; ``scaled`` (n, d): inputs; ``enhanced``: gradients are
+fitted too.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +43,19 @@ def table(field: str, values: Any) -> Array:
 
 
 def column_names(values: Any) -> tuple[str, ...] | None:
-    """Names of the columns of a data frame, if all of them are texts."""
+    """Names of the columns of a data frame, if all of them are texts.
+
+    ``values``: a data frame, or what is none.
+    """
     columns = tuple(getattr(values, "columns", ()))
     return columns if columns and all(isinstance(name, str) for name in columns) else None
 
 
 def check_columns(columns: Sequence[str] | None, names: Sequence[str] | None) -> None:
-    """Raise :class:`InputError` if both are known and differ: a data frame of other inputs, or in another order."""
+    """Raise :class:`InputError` if both are known and differ: a data frame of other inputs, or in another order.
+
+    ``columns``: of the data frame; ``names``: those of the fit.
+    """
     if columns is not None and names is not None and tuple(columns) != tuple(names):
         raise InputError(f"kriging: X has columns {', '.join(columns)}: {', '.join(names)}, in this order, expected")
 
@@ -85,7 +95,10 @@ def check_rows(scaled: Array, trend: str, *, enhanced: bool) -> None:
 
 
 def check_size(size: int, dimensions: int, trend: str, *, enhanced: bool) -> None:
-    """Raise :class:`InputError` for fewer rows than the trend needs and one to leave out."""
+    """Raise :class:`InputError` for fewer rows than the trend needs and one to leave out.
+
+    ``size``: rows; ``dimensions``: inputs.
+    """
     needed = 1 + (dimensions + 1 if enhanced else trends.size(dimensions, trend))
     if size < needed:
         raise InputError(f"kriging: n_samples = {size}: at least {needed} for a {trend} trend in {dimensions} inputs")

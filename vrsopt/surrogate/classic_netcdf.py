@@ -40,7 +40,10 @@ class Variable:
 
 
 def read(content: bytes) -> tuple[Attributes, dict[str, Variable]]:
-    """The attributes of the file and its variables by name; raises :class:`UnreadableError`."""
+    """The attributes of the file and its variables by name; raises :class:`UnreadableError`.
+
+    ``content``: of the file.
+    """
     if content[:4] != MAGIC:
         raise UnreadableError("no NetCDF file of the classic format with 64-bit offsets")
     stream = _Stream(content, 4)

@@ -8,7 +8,8 @@ r(d) of the signed distance d between two scaled inputs, with theta > 0 (an inve
 
 Each is P(s) exp(-s) with s = theta m(d): the metric m and the polynomial P are all that differ. The first two are those
 of Sacks, Welch, Mitchell and Wynn (1989), Design and Analysis of Computer Experiments; the last is Matern's, product
-form. Derivatives by d are given as ratios to r, which stay finite where r underflows.
+form. Derivatives by d are given as ratios to r, which stay finite where r underflows. ``correlation`` is the name,
+``smoothing`` is eps (0: none), ``theta`` (d,), ``difference`` signed distances d.
 """
 
 from __future__ import annotations
@@ -142,6 +143,7 @@ def separable(
 
     ``difference`` (m, d, n) of scaled inputs from n samples; weights w (n,) or (m, n), and v (d, n), (m, d, n) or None.
     With p = r'/r, q = r''/r of each factor: k_a = k p_a, k_ab = k p_a p_b, k_aa = k q_a, and so on.
+    ``gradient_weights`` are v.
     """
     value = correlate(correlation, smoothing, theta, difference)
     if order == 0 and gradient_weights is None:

@@ -101,9 +101,10 @@ def to_casadi(
     those that are not fixed, as the model has them. ``window``: (low, high) of free inputs, default the box; it may be
     narrower for the sake of ``degrees`` (of "chebyshev"; one per free input, by default as many as the mean needs).
 
-    An exponential correlation is replaced by its smoothed variant (eps 0.1, weights solved again), which is logged.
-    A callback needs this process; a Chebyshev form can be serialised, and has at most 60000 coefficients. Raises
-    :class:`InputError` for inputs, windows or degrees that do not fit the model.
+    An exponential correlation is replaced by its smoothed variant (eps 0.1, weights solved again), which is logged. A
+    callback needs this process; a Chebyshev form can be serialised, and has at most 60000 coefficients. ``method``:
+    "callback" or "chebyshev", polynomials. Raises :class:`InputError` for inputs, windows or degrees that do not fit
+    the model.
     """
     if method not in METHODS:
         raise InputError(f"to_casadi: method = {method!r}: one of {', '.join(METHODS)}")

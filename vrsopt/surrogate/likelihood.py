@@ -143,7 +143,10 @@ def one_norm(matrix: Array, nuggets: Array) -> float:
 
 def least_squares(matrix: Array, nuggets: Array, basis: Array, data: Array) -> LeastSquares | None:
     """Solve for the trend and the weights; None where K, ``matrix`` (upper triangle) + diag(``nuggets`` (N,)), is not
-    positive definite."""
+    positive definite.
+
+    ``basis`` (N, p): terms of the trend; ``data`` (N,).
+    """
     size = len(data)
     covariance = matrix.copy()
     covariance.flat[:: size + 1] += nuggets
@@ -217,6 +220,7 @@ def maximise(
 
     ``problem(rows)`` is the likelihood of some rows of the design of ``points`` rows. With more than ``SUBSET`` data
     the starts compete on evenly spaced rows, if these determine the trend, and the best is finished on all of them.
+    ``dimensions``: d.
     """
     everything = problem(np.arange(points))
     rows = np.linspace(0, points - 1, max(1, points * min(len(everything.data), SUBSET) // len(everything.data)))

@@ -85,9 +85,10 @@ def sample(
     ``joblib.parallel_config``; with ``dask`` by the workers of the Dask scheduler at that address, who need the same
     version of this package. One BLAS thread each.
 
-    Raises :class:`InputError` for bad counts, an unknown method, a file that exists (without ``resume``), or one of
-    another model, data, space, method, seed or of more samples, and a cluster that can not be used;
-    :class:`NoSolutionError` if too few points are flyable after 20 times as many.
+    ``model_version`` and ``data_hash``: of the physics and its data, kept in the file. Raises :class:`InputError` for
+    bad counts, an unknown method, a file that exists (without ``resume``), or one of another model, data, space,
+    method, seed or of more samples, and a cluster that can not be used; :class:`NoSolutionError` if too few points are
+    flyable after 20 times as many.
     """
     check_counts("sample", samples=(samples, 1, 10**6), workers=(workers, *WORKERS), seed=(seed, 0, 2**63 - 1))
     meta = DesignMeta(
@@ -130,7 +131,8 @@ def add_points(
 
     ``inputs`` (k, d): in the order of the design's inputs, SI units. Points that the file has already are skipped, so a
     run that was killed is continued by the same call. They are rows like others, after those of the design's sequence.
-    Raises :class:`InputError` for points outside the box, and a design of another model or data.
+    ``evaluate``, ``workers`` and ``dask`` as of :func:`sample`; ``model_version`` and ``data_hash`` must be those of
+    the file. Raises :class:`InputError` for points outside the box, and a design of another model or data.
     """
     check_counts("add_points", workers=(workers, *WORKERS))
     expected = {"model_version": model_version, "data_hash": data_hash}
@@ -148,7 +150,10 @@ def add_points(
 
 
 def check_counts(verb: str, **counts: tuple[int, int, int]) -> None:
-    """Raise :class:`InputError` for the first of ``counts``, (count, least, most), out of its range."""
+    """Raise :class:`InputError` for the first of ``counts``, (count, least, most), out of its range.
+
+    ``verb``: how the message begins.
+    """
     for name, (count, least, most) in counts.items():
         if not least <= count <= most:
             bound = f"at least {least}" if count < least else f"at most {most}"

@@ -159,7 +159,11 @@ NOT_DEFINITE = "the correlation matrix is not positive definite; repeated rows n
 def fit_problem(
     correlation: str, smoothing: float, trend: str, scaled: Array, outputs: Array, gradients: Array | None
 ) -> Problem:
-    """The likelihood of scaled inputs (n, d), standardised outputs (n,) and gradients (n, d) by the scaled inputs."""
+    """The likelihood of scaled inputs (n, d), standardised outputs (n,) and gradients (n, d) by the scaled inputs.
+
+    ``correlation`` and ``smoothing``: see :mod:`vrsopt.surrogate.correlation`; ``trend``: see
+    :mod:`vrsopt.surrogate.trend`.
+    """
     if gradients is None:
         return Problem(ValueCovariance(correlation, smoothing, scaled), trends.basis(scaled, trend), outputs)
     return Problem(JointCovariance(correlation, scaled), joint_basis(scaled, trend), joint_data(outputs, gradients))

@@ -1,7 +1,8 @@
 """Polynomial trends of a Kriging in the scaled inputs u: constant, linear or full quadratic.
 
 With e = (1, u_1, ..., u_d) every term is a product e_i e_j, i <= j, ordered (0, 0), (0, 1), ..., (0, d), (1, 1), ...:
-the constant trend is the first term, the linear one the first d + 1.
+the constant trend is the first term, the linear one the first d + 1. ``kind``: "constant", "linear" or "quadratic";
+``dimensions``: d; ``coefficients`` (p,), one per term.
 """
 
 from __future__ import annotations

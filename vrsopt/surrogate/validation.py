@@ -77,12 +77,18 @@ def coverage(computed: ArrayLike, predicted: ArrayLike, deviation: ArrayLike, *,
 
 
 def leave_one_out_coverage(kriging: Kriging, *, sigmas: float = 2.0) -> float:
-    """:func:`coverage` [%] of the sampled outputs, each predicted without its point. They carry the nugget's error."""
+    """:func:`coverage` [%] of the sampled outputs, each predicted without its point. They carry the nugget's error.
+
+    ``sigmas``: half the width of the interval, in standard deviations.
+    """
     computed, predicted, deviation = kriging.leave_one_out(return_std=True)
     return coverage(computed, predicted, np.hypot(deviation, kriging.state_.output_error), sigmas=sigmas)
 
 
 def held_out_coverage(kriging: Kriging, X: ArrayLike, y: ArrayLike, *, sigmas: float = 2.0) -> float:
-    """:func:`coverage` [%] of outputs ``y`` (k,) at ``X`` (k, d) not fitted. They carry the nugget's error."""
+    """:func:`coverage` [%] of outputs ``y`` (k,) at ``X`` (k, d) not fitted. They carry the nugget's error.
+
+    ``sigmas``: half the width of the interval, in standard deviations.
+    """
     predicted, deviation = kriging.predict(X, return_std=True)
     return coverage(y, predicted, np.hypot(deviation, kriging.state_.output_error), sigmas=sigmas)

@@ -119,11 +119,15 @@ def turbine_work(curvature: float, speed: Any, spouting_velocity: Any, *, best: 
 
     ``spouting_velocity`` c = sqrt(isentropic drop/its design value). w = c^2 - a [(n - b c)^2 - (1 - b)^2 c^2]:
     efficiency is a parabola of the velocity ratio n/c, highest at b = ``best``; with b = 1, c^2 [1 - a (n/c - 1)^2].
+    ``speed`` n over that of the design point; ``curvature``: a.
     """
     c = spouting_velocity
     return c**2 - curvature * ((speed - best * c) ** 2 - (1.0 - best) ** 2 * c**2)
 
 
 def swallowing(expansion_ratio: Any, exponent: float) -> Any:
-    """Square of the flow function of a turbine up to a constant: 1 - ratio^-exponent (an ellipse that chokes)."""
+    """Square of the flow function of a turbine up to a constant: 1 - ratio^-exponent (an ellipse that chokes).
+
+    ``expansion_ratio``: inlet over exit pressure.
+    """
     return 1.0 - expansion_ratio ** (-exponent)

@@ -70,7 +70,10 @@ class Extreme:
 
 
 def in_words(quantity: str, value: float) -> str:
-    """A demand with its unit."""
+    """A demand with its unit.
+
+    ``quantity``: its name; ``value`` in the unit of the library.
+    """
     return {
         "power": f"power {round(value / 1e3, 1) + 0.0:.1f} kW",
         "gas_generator_speed": f"gas-generator speed {100 * value:.2f} %",
@@ -79,7 +82,10 @@ def in_words(quantity: str, value: float) -> str:
 
 
 def temperature_limit(data: EngineData, rating: str = TAKE_OFF) -> float:
-    """Limit of the inter-turbine temperature [K]: a ratio to that of the model's own design point."""
+    """Limit of the inter-turbine temperature [K]: a ratio to that of the model's own design point.
+
+    ``rating``: its name.
+    """
     return rating_limits(data, rating)["temperature"]
 
 
@@ -119,7 +125,10 @@ def maximum_power(*, rating: str = TAKE_OFF, engine_data: EngineData | None = No
 
 
 def highest(data: EngineData, place: dict[str, float], rating: str = TAKE_OFF) -> Extreme:
-    """:func:`maximum_power` at a place as :func:`checked_place` returns it."""
+    """:func:`maximum_power` at a place as :func:`checked_place` returns it.
+
+    ``rating``: its name.
+    """
     limits = rating_limits(data, rating)
     words = LIMITS | {
         mode: f"{RATED[mode]} of the rating" for mode, own in rating_limits(data).items() if limits[mode] < own
@@ -156,7 +165,10 @@ def _nowhere(data: EngineData, most: Extreme, temperature: float) -> str:
 def minimum_power(*, engine_data: EngineData | None = None, **place: float) -> Extreme:
     """The least power of one engine that runs by itself: where its shaft gives none, at surge, or where the gas
     generator gets as hot as its limit because it turns too slowly to sustain itself. Arguments as
-    :func:`maximum_power`."""
+    :func:`maximum_power`.
+
+    ``place``: those of the day and of the flight.
+    """
     return lowest(_data(engine_data), checked_place(**place))
 
 
@@ -185,7 +197,10 @@ def lowest(data: EngineData, place: dict[str, float]) -> Extreme:
 
 
 def coolest(data: EngineData, place: dict[str, float], fastest: float) -> float:
-    """Least inter-turbine temperature [K] below the gas-generator speed ``fastest``: it rises again towards idle."""
+    """Least inter-turbine temperature [K] below the gas-generator speed ``fastest``: it rises again towards idle.
+
+    ``place``: as :func:`checked_place` returns it.
+    """
     return float(np.nanmin(_sweep(data, place, fastest)[1]["power_turbine_inlet_temperature"]))
 
 
@@ -207,7 +222,10 @@ def checked(**values: float) -> dict[str, float]:
 
 
 def checked_place(**place: float) -> dict[str, float]:
-    """All parameters of the gas path after the demand, in its order; raises as :func:`checked`."""
+    """All parameters of the gas path after the demand, in its order; raises as :func:`checked`.
+
+    ``place``: parameters by name, SI units; the others are 0, and the power turbine at its nominal speed.
+    """
     values = dict.fromkeys((parameter.name for parameter in PARAMETERS), 0.0) | {"power_turbine_speed": 1.0}
     return values | checked(**place)
 

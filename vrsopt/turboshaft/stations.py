@@ -234,7 +234,10 @@ def stagnation(temperature: Any, mach: Any, humidity: Any) -> tuple[Any, Any]:
 
 def similarity(temperature: Any, pressure: Any, humidity: Any) -> tuple[Any, Any]:
     """Units of speed, sqrt(gamma R T), and of flow, P sqrt(gamma / (R T)), at a compressor's inlet over their values in
-    dry air at 288.15 K and 101325 Pa: equal Mach numbers at equal speed and flow over these units."""
+    dry air at 288.15 K and 101325 Pa: equal Mach numbers at equal speed and flow over these units.
+
+    ``temperature`` [K] and ``pressure`` [Pa] are stagnation values, ``humidity`` [kg/kg].
+    """
     gas = gas_constant(0.0, humidity) / gas_constant()
     gamma = heat_capacity_ratio(temperature, 0.0, humidity) / heat_capacity_ratio(SEA_LEVEL_TEMPERATURE)
     theta = gas * temperature / SEA_LEVEL_TEMPERATURE

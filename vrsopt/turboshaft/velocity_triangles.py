@@ -208,7 +208,10 @@ def _march(
 
 
 def soderberg(blading: Mapping[str, Any], deflection: Any, *, nozzle: bool) -> Any:
-    """Loss of a row over its exit kinetic energy; ``deflection`` [rad] at the design point. No Reynolds correction."""
+    """Loss of a row over its exit kinetic energy; ``deflection`` [rad] at the design point. No Reynolds correction.
+
+    ``blading``: assumptions by name; ``nozzle``: else a rotor.
+    """
     profile = 0.04 + 0.06 * (deflection / (100.0 * DEGREE)) ** 2
     ends = 0.993 + 0.021 / blading["aspect_ratio"] if nozzle else 0.975 + 0.075 / blading["aspect_ratio"]
     return blading["loss_factor"] * ((1.0 + profile) * ends - 1.0)
@@ -248,7 +251,8 @@ def characteristics(
 ) -> dict[str, np.ndarray]:
     """Outputs of :func:`triangles` by name, (bladings, N), at N speeds and spouting velocities.
 
-    A blading gives the assumptions that differ from ``DEFAULT``. Raises :class:`NoSolutionError` when a point is not
+    A blading gives the assumptions that differ from ``DEFAULT``. ``speed`` and ``spouting_velocity`` (N,) over their
+    values at the design point; ``incidence``: model of its loss. Raises :class:`NoSolutionError` when a point is not
     solved, which happens far outside the range of the assumptions (a row that chokes).
     """
     n, c = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(spouting_velocity, dtype=float))
@@ -266,14 +270,18 @@ def _bulk_solver(duty: Duty, incidence: Incidence) -> BulkSolver:
 
 
 def work_over_design(fit: Fit, speed: Any, spouting_velocity: Any) -> Any:
-    """Work of the fitted map over the design point's; floats, arrays or CasADi expressions."""
+    """Work of the fitted map over the design point's; floats, arrays or CasADi expressions.
+
+    ``speed`` and ``spouting_velocity`` over their values at the design point.
+    """
     return turbine_work(fit.curvature, speed, spouting_velocity, best=fit.best)
 
 
 def fitted(speed: np.ndarray, spouting_velocity: np.ndarray, work: np.ndarray, *, best: float | None = 1.0) -> Fit:
     """The form of :func:`work_over_design` in least squares over N points of the work over the design's.
 
-    ``best`` is b, the best U/C0 over the design point's: 1 is the engine's map, None fits it as well.
+    ``best`` is b, the best U/C0 over the design point's: 1 is the engine's map, None fits it as well. ``speed`` and
+    ``spouting_velocity`` (N,) over their values at the design point.
     """
     n, c, w = (np.asarray(values, dtype=float) for values in (speed, spouting_velocity, work))
     columns = np.stack([n**2 - c**2, -2.0 * (n - c) * c], axis=1)  # factors of a and of a b
