@@ -161,6 +161,8 @@ def rewritten(path: Path, target: Path, change) -> Path:
         (lambda record, arrays: arrays.pop("x"), "not a complete trajectory: x is missing"),
         (lambda record, arrays: record.pop("fuel"), "not a complete trajectory: fuel is missing"),
         (lambda record, arrays: record.update(end=[1]), "record: not what this program writes"),
+        (lambda record, arrays: record.update(end=[True, "OPTIMAL", ""]), "status = 'OPTIMAL': one of CONVERGED, "),
+        (lambda record, arrays: record.update(cost_factor=math.inf), "cost_factor = inf: a finite number"),
         (lambda record, arrays: record.update(iterations="many"), "record: not what this program writes"),
         (lambda record, arrays: record.update(transcription="euler"), "structure: does not match its arrays"),
         (lambda record, arrays: arrays["x"][1].fill(np.nan), "x: finite numbers only"),

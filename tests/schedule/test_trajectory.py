@@ -195,6 +195,25 @@ def build(profile, *, start, stop):
     return Profile(tuple(replace(s, start=s.start - begin) for s in profile.segments[start:stop]))
 
 
+@pytest.mark.parametrize("cost", [None, {"fuel": 1.0, "nox": 30.0}])
+def test_multipliers_of_a_limit_add_up_to_what_shifting_it_changes(transport, make_model, cost):
+    """Of a usage over the mission, and of a constraint of one's own over one of its tasks, by central differences."""
+    speed = Constraint("speed", quantities()["rotor_speed"], lower=43.0, unit="rad/s", tasks=("cruise",))
+    problem = TrajectoryProblem(
+        build(transport, start=2, stop=5), make_model(), additions=Additions((speed,), cost), settings=FREE_ENDS
+    )
+    solution = problem.solve(2100.0)
+    for name, bound, shift in (("blade loading", 1.0, 1e-3), ("speed", 43.0, 1e-2)):
+        lower, upper = (
+            problem.solve(2100.0, solution, limits={name: value if bound == 1.0 else (value, None)}).objective
+            for value in (bound - shift, bound + shift)
+        )
+        total = solution.limit_multipliers[name].sum()
+        assert abs(total) > 0.1 and total == pytest.approx((lower - upper) / (2 * shift), rel=0.01)
+    cruise = solution.mesh.segment == 1
+    assert abs(solution.limit_multipliers["speed"][~cruise].sum()) < 1e-3
+
+
 def test_a_cost_of_ones_own_replaces_the_fuel(transport, make_model):
     profile = build(transport, start=2, stop=5)
     q = quantities()

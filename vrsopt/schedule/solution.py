@@ -62,16 +62,17 @@ def costates(of: Discretisation, rows: Labels, optimum: Optimum, fuel_counts: bo
 
 
 def limit_multipliers(rows: Labels, optimum: Optimum, count: int) -> dict[str, np.ndarray]:
-    """Largest multiplier (N,) of each limit and own constraint in each of the ``count`` intervals."""
+    """Fall of the objective per unit by which a limit or own constraint is raised over each of the ``count`` intervals
+    (N,): the sum of the multipliers of its rows there, negative for a lower bound.
+
+    A node where two intervals meet is a row of the second one, unless the rate is felt: then of both.
+    """
     found = {}
     for kind in rows.kinds:
         if kind.family in ("limit", "own"):
             places = rows.where(kind.family, kind.name)
             values = optimum.lam_g[places] * optimum.unit / kind.scale
-            high, low = np.zeros(count), np.zeros(count)
-            np.maximum.at(high, rows.interval[places], values)
-            np.minimum.at(low, rows.interval[places], values)
-            found[kind.name] = np.where(high >= -low, high, low)
+            found[kind.name] = np.bincount(rows.interval[places], weights=values, minlength=count)
     return found
 
 

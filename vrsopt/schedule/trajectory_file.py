@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from vrsopt.errors import InputError
+from vrsopt.quantity import is_number
 from vrsopt.schedule.mesh import Mesh
 from vrsopt.schedule.schedule import Schedule
 from vrsopt.schedule.trajectory_solution import Arc, Trajectory
@@ -23,7 +24,7 @@ from vrsopt.solvers.status import Status
 from vrsopt.surrogate import digested
 from vrsopt.surrogate.classic_netcdf import Variable
 
-FORM = digested.Format("vrsopt trajectory", 1, "trajectory", "solve it again")
+FORM = digested.Format("vrsopt trajectory", 2, "trajectory", "solve it again")
 # name in the file -> dimension; the arrays of the schedule, of the mesh, and of the trajectory itself
 SCHEDULE = {"segment": "node", "time": "node", "rotor_speed": "node", "twist": "node"}
 MESH = {"mesh_segment": "interval", "mesh_start": "interval", "mesh_step": "interval"}
@@ -123,6 +124,8 @@ def _trajectory(record: Mapping[str, Any], variables: Mapping[str, Variable]) ->
             if values.ndim != 1 or len(values) not in lengths:
                 raise InputError(f"{group} of {name!r} has shape {values.shape}: one value a node or interval")
     numbers: dict[str, Any] = {item: float(record[item]) for item in NUMBERS}
+    if not is_number(numbers["cost_factor"]):
+        raise InputError(f"cost_factor = {numbers['cost_factor']}: a finite number")
     numbers |= {item: int(record[item]) for item in WHOLE}
     figures: dict[str, Any] = {
         item: {str(key): float(value) for key, value in record[item].items()} for item in FIGURES
@@ -155,6 +158,8 @@ def _schedule(record: Sequence[Any], arrays: Mapping[str, np.ndarray]) -> Schedu
 
 def _end(record: Sequence[Any]) -> dict[str, Any]:
     success, status, message = record
+    if status not in Status.__members__:
+        raise InputError(f"status = {status!r}: one of {', '.join(Status.__members__)}")
     return {"success": bool(success), "status": Status[status], "message": str(message)}
 
 

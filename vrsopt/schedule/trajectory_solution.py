@@ -48,8 +48,8 @@ class Trajectory:
     # (N,) objective still to come per kg more of ``mass``, per rad/s more of ``rotor_speed`` and rad of ``twist``, at
     # the end of each interval
     costates: dict[str, np.ndarray]
-    # name -> (N,) fall of the objective per unit by which a limit (usage) or constraint is relaxed, the largest in each
-    # interval; negative for a lower bound
+    # name -> (N,) fall of the objective per unit by which a limit (usage) or constraint is raised all over an interval,
+    # the sum of the multipliers of its rows there; negative for a lower bound. Over the mission: the sum of all
     limit_multipliers: dict[str, np.ndarray]
     # likewise of the bounds: rotor_speed, twist (n,) at the nodes, rotor_speed_rate, twist_rate (N,)
     bound_multipliers: dict[str, np.ndarray]
