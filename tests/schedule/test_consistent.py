@@ -188,6 +188,37 @@ def test_forbidden_bands_are_kept_or_their_breach_is_said(make_model, short):
     assert astray.fuel_physics < found.fuel_physics
 
 
+def test_a_schedule_that_is_not_stationary_is_no_success(make_model, short):
+    """Derivatives of which only three tenths point where the truth's do: problem and physics agree all the same."""
+
+    @dataclass(frozen=True)
+    class Tilted(Aircraft):
+        def outputs(self, mass: Any, omega: Any, twist: Any, rate: Any, c: Any, lib: Any) -> Any:
+            fuel, power, limits = super().outputs(mass, omega, twist, rate, c, lib)
+            return fuel * (1 + 0.05 * (twist - 0.2)), power, limits
+
+    class Weak(AnalyticTruth):
+        def first_order(self, problem: Any, flown: FlownPath, *, everywhere: bool = False) -> FirstOrder:
+            first = super().first_order(problem, flown)
+            first.slopes[0, 2] *= 1.0 if everywhere else 0.3
+            return first
+
+    def make(conditions: Any) -> AnalyticModel:
+        return AnalyticModel(Tilted(), make_model()(conditions).coefficients)
+
+    def consistent(truth: AnalyticTruth) -> Any:
+        return consistent_trajectory(short, make, truth, takeoff_mass=MASS, trajectory=start)
+
+    start = TrajectoryProblem(short, make).solve(MASS)
+    right, weak = consistent(AnalyticTruth(make_model())), consistent(Weak(make_model()))
+    assert right.success and right.optimality.at_stake < 1e-5 * right.fuel_physics
+    assert abs(weak.trajectory.fuel / weak.fuel_physics - 1.0) < 5e-5 and weak.fuel_physics > right.fuel_physics
+    assert not weak.success and not weak.trajectory.schedule.success
+    assert (
+        "no optimum of the physics: 0.015" in weak.message and "% of the fuel at stake, 0.01 % allowed" in weak.message
+    )
+
+
 def test_a_standstill_because_the_region_has_shrunk_is_no_success(make_model, short):
     """Derivatives that point uphill: every step is refused until the region alone keeps it short."""
 

@@ -7,7 +7,7 @@ what was promised comes. The limits are corrected like the fuel flow, and a brea
 at more than its multiplier.
 
 It ends where problem and physics agree on the fuel and the schedule changes no more, though the region would let it.
-What is stated then is the first-order optimality with the physics' own derivatives at the schedule itself. The rotor
+It is a success if first-order optimality holds too, with the physics' own derivatives at the schedule itself. The rotor
 crosses forbidden bands where it does in the surrogate's schedule.
 """
 
@@ -19,12 +19,11 @@ from dataclasses import dataclass, field, replace
 from math import radians
 from typing import TYPE_CHECKING, Protocol
 
-import casadi as ca
 import numpy as np
 
 from vrsopt.errors import InputError
 from vrsopt.schedule.corrected import CorrectedPath, FirstOrder, corrected
-from vrsopt.schedule.layout import FUEL_SCALE
+from vrsopt.schedule.optimality import Optimality, optimality_at
 from vrsopt.schedule.path_model import PathModelFactory
 from vrsopt.schedule.physics_path import FlownPath
 from vrsopt.schedule.schedule import ON_LIMIT, Schedule, ScheduleSettings
@@ -41,24 +40,26 @@ POOR = 0.25  # of the fall that the problem promised: a step that gains less hal
 DEAR = 2.0  # times its largest multiplier, what a breach of a limit costs
 LEFT_OPEN = 1e-5  # of the fuel: what the slopes between nodes, means of those at the nodes, may promise in error
 AT_ITS_EDGE = 0.9  # of the region: a step as long as this is short because of the region; IPOPT keeps a little off
-NEAR_BOUND = 1e-3  # of a scaled unknown: further away its multiplier is that of the trust region, and does not count
 
 
 @dataclass(frozen=True)
 class ConsistentOptions:
-    """When a trajectory is consistent: problem and physics agree on the fuel to ``gap``, and the schedule's root mean
-    square change is below ``rotor_speed`` (of nominal) and ``twist`` [rad]. ``region``: how far the first solution may
-    be from the schedule that is held, in these units; ``most_solves``: the surrogate's own included.
+    """When a trajectory is consistent: problem and physics agree on the fuel to ``gap``, the root mean square change of
+    the schedule is below ``rotor_speed`` (of nominal) and ``twist`` [rad], and with the physics' own derivatives no
+    more than ``at_stake`` of the fuel is left to be saved, see :class:`Optimality`: a fifth of the gap, so that what is
+    missing to the optimum is less than what is not known of its fuel. ``region``: how far the first solution may be
+    from the schedule that is held, of nominal and rad; ``most_solves``: the surrogate's own included.
     """
 
     gap: float = 5e-4
+    at_stake: float = 1e-4
     rotor_speed: float = 1e-3
     twist: float = radians(0.1)
     region: tuple[float, float] = (0.04, radians(2.0))
     most_solves: int = 12
 
     def __post_init__(self) -> None:
-        for name in ("gap", "rotor_speed", "twist"):
+        for name in ("gap", "at_stake", "rotor_speed", "twist"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"consistent trajectory: {name} = {getattr(self, name):g}: must be above 0")
         if self.most_solves < 2:
@@ -78,20 +79,6 @@ class Step:
     region: tuple[float, float]
     kept: bool
     iterations: int
-
-
-@dataclass(frozen=True)
-class Optimality:
-    """First-order optimality at a schedule, with the multipliers of its solve.
-
-    ``stationarity``: largest slope of the Lagrangian by rotor speed and twist, no other unknown, kg per relative change
-    at one node, inside the bounds; ``at_stake``: what all of them together leave to be saved by moving every node by
-    1 % of rotor speed and 1 deg of twist, kg; ``excess``: worst usage of a limit less 1.
-    """
-
-    stationarity: float
-    at_stake: float
-    excess: float
 
 
 @dataclass(frozen=True)
@@ -210,17 +197,26 @@ class _Search:
                 region = 0.5 * min(1.0, float(np.max(moved / region))) * region
         else:
             message = f"not settled after {options.most_solves} solves"
-        return self._result(held, flown, history, before, message, options.gap)
+        return self._result(held, flown, history, before, message, options)
 
     def _result(
-        self, held: Trajectory, flown: FlownPath, history: list[Step], before: Optimality, message: str, most: float
+        self,
+        held: Trajectory,
+        flown: FlownPath,
+        history: list[Step],
+        before: Optimality,
+        message: str,
+        options: ConsistentOptions,
     ) -> Consistent:
         final = self.optimality(held, flown, self._coefficients(flown, everywhere=True))
         if not message and final.excess > ON_LIMIT:
             message = f"limits on the physics exceeded by {100 * final.excess:.2f} %"
         gap = abs(held.fuel / flown.fuel - 1.0)
-        if not message and gap >= most:
+        if not message and gap >= options.gap:
             message = f"problem and physics differ by {100 * gap:.3f} % of the fuel"
+        if not message and not final.at_stake <= options.at_stake * flown.fuel:
+            share, allowed = (100 * one for one in (final.at_stake / flown.fuel, options.at_stake))
+            message = f"no optimum of the physics: {share:.3g} % of the fuel at stake, {allowed:g} % allowed"
         stays = flown_stays(self.problem.profile, held.schedule, self.settings)
         message = "; ".join([message] * bool(message) + [str(stay) for stay in stays])
         success = not message
@@ -279,19 +275,7 @@ class _Search:
         )
 
     def optimality(self, trajectory: Trajectory, flown: FlownPath, coefficients: np.ndarray) -> Optimality:
-        """Karush-Kuhn-Tucker residual of the problem with the physics' derivatives at the schedule itself."""
-        problem, columns = self.problem, self.problem.columns
-        x, p = problem.start(trajectory.schedule, self.takeoff_mass, coefficients=coefficients)
-        nlp = problem.nlp.problem
-        slope = ca.Function("slope", [nlp["x"], nlp["p"]], [ca.gradient(nlp["f"], nlp["x"])])(x, p).full().ravel()
-        jacobian = problem.nlp.jacobian(x, p)[1]
-        slope = slope + ca.mtimes(jacobian.T, trajectory.lam_g).full().ravel()
-        bounds = problem.bounds(self.takeoff_mass, corridor=self.trusted.widest)
-        held_below = np.where(x - bounds.lbx < NEAR_BOUND, np.minimum(trajectory.lam_x, 0.0), 0.0)
-        held_above = np.where(bounds.ubx - x < NEAR_BOUND, np.maximum(trajectory.lam_x, 0.0), 0.0)
-        slope = np.where(bounds.ubx > bounds.lbx, slope + held_below + held_above, 0.0)
-        found = {name: FUEL_SCALE * slope[columns.where(name)] for name in ("rotor speed", "twist")}
-        stake = 0.01 * np.sum(np.abs(found["rotor speed"]))
-        stake += radians(1.0) / self.settings.nominal_twist * np.sum(np.abs(found["twist"]))
-        largest = max(float(np.max(np.abs(part), initial=0.0)) for part in found.values())
-        return Optimality(largest, float(stake), float(np.max(flown.excess)))
+        """First-order optimality at the schedule itself, with the physics' derivatives as ``coefficients``."""
+        start = self.problem.start(trajectory.schedule, self.takeoff_mass, coefficients=coefficients)
+        bounds = self.problem.bounds(self.takeoff_mass, corridor=self.trusted.widest)
+        return optimality_at(self.problem, trajectory, *start, bounds, excess=float(np.max(flown.excess)))
