@@ -216,6 +216,11 @@ VARIANTS = [
     (("limits",), [], "limits = []: allowed: a table"),
     (("limits", "rotor_speed_percent"), [60, 115], "limits.rotor_speed_percent[0] = 60: allowed: a number from 75 to"),
     (("limits", "rotor_speed_percent"), [115, 75], "limits.rotor_speed_percent = [115.0, 75.0]: allowed: [lower, upp"),
+    (
+        ("limits", "rotor_speed_percent"),
+        [75, 95],
+        "limits.rotor_speed_percent = [75.0, 95.0]: allowed: around 100, the",
+    ),
     (("limits", "rotor_speed_percent"), 100, "limits.rotor_speed_percent = 100: allowed: a list"),
     (("limits", "rotor_speed_percent"), [], "limits.rotor_speed_percent[0]: missing"),
     (("limits", "twist_deg"), [6], "limits.twist_deg[1]: missing"),
@@ -470,6 +475,31 @@ HAND = [("sarm", *entry) for entry in VARIANTS] + OTHER_FILES
 @pytest.mark.parametrize(("file", "path", "value", "message"), HAND, ids=[f"{e[0]}-{e[3][:60]}" for e in HAND])
 def test_what_is_wrong_is_said_in_one_line(tmp_path, file, path, value, message):
     assert refusal(tmp_path, changed(path, value, file)).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("percent", "ends", "limits", "message"),
+    [
+        ([75.0, 115.0], "free", [70.0, 120.0], "allowed: a band that leaves some of rotor_speed_percent, 75 to 115"),
+        ([100.0, 100.0], "periodic", [90.0, 101.0], "allowed: a band that leaves some of rotor_speed_percent, 100 to"),
+        (
+            [75.0, 115.0],
+            "free",
+            [97.0, 103.0],
+            "allowed: a band without 100 %, at which the rotor turns in tasks[0] (i",
+        ),
+        ([100.0, 100.0], "free", [90.0, 100.0], None),
+        ([75.0, 115.0], "free", [70.0, 100.0], None),
+    ],
+)
+def test_a_band_leaves_rotor_speeds_and_idle(percent, ends, limits, message):
+    data = changed(("limits",), {"rotor_speed_percent": percent, "ends": ends, BANDS[1]: [band(*limits)]}, "sarm")
+    if message is None:
+        mission_from(data, where="x")
+        return
+    with pytest.raises(InputError) as error:
+        mission_from(data, where="x")
+    assert str(error.value).startswith(f"x: limits.forbidden_rotor_speed[0].percent = {limits}: {message}")
 
 
 def test_the_variants_are_different():

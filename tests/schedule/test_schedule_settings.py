@@ -11,7 +11,7 @@ from vrsopt.helicopter import helicopter
 from vrsopt.mission.file import mission_from
 from vrsopt.schedule.bands import ForbiddenBand
 from vrsopt.schedule.schedule import ScheduleSettings
-from vrsopt.schedule.study_input import schedule_settings
+from vrsopt.schedule.study_input import read, schedule_settings
 
 HOP = tomllib.loads((Path(__file__).parents[1] / "hop.toml").read_text())
 
@@ -37,6 +37,26 @@ def test_limits_of_a_mission_in_si_units():
 
 def test_what_a_mission_does_not_state_changes_nothing():
     assert settings_of() == ScheduleSettings(nominal_twist=helicopter("bo105").aircraft.main_rotor.twist)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[[tasks]]",
+            "[limits]\ntwist_deg = [9, 16]\n[[tasks]]",
+            "limits.twist_deg = [9.0, 16.0]: allowed: around 8, ",
+        ),
+        ('"bo105"', '"none"', "aircraft = 'none': a shipped aircraft (bo105"),
+    ],
+)
+def test_what_does_not_go_with_the_aircraft_is_refused_by_file_and_field(tmp_path, old, new, message):
+    file = tmp_path / "hop.toml"
+    file.write_text((Path(__file__).parents[1] / "hop.toml").read_text().replace(old, new, 1))
+    for weather in ({}, {"isa_offset": 5.0}):
+        with pytest.raises(InputError) as error:
+            read(file, **weather)
+        assert str(error.value).startswith(f"{file}: {message}")
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,9 @@ class Limits(Table):
             low, high = getattr(self, field)
             if low > high:
                 raise complaint(field, [low, high], "allowed: [lower, upper]")
+        low, high = self.rotor_speed_percent
+        if not low <= 100.0 <= high:
+            raise complaint("rotor_speed_percent", [low, high], "allowed: around 100, the nominal rotor speed")
         return self
 
     @model_validator(mode="after")
@@ -107,14 +110,17 @@ class Limits(Table):
         for below, above in pairwise(bands):
             if above[0] <= below[1]:
                 raise complaint("forbidden_rotor_speed", [*map(list, bands)], "allowed: bands that do not touch")
+        lowest, highest = self.rotor_speed_percent
         for index, band in enumerate(self.forbidden_rotor_speed):
             (low, high), field = band.percent, f"forbidden_rotor_speed[{index}]"
             if self.ends == "pinned" and low < 100.0 < high:
                 allowed = "allowed: a band without 100 %, at which the mission begins and ends"
                 raise complaint(f"{field}.percent", [low, high], allowed)
+            if low < highest and lowest < high and low <= lowest and highest <= high:
+                allowed = f"allowed: a band that leaves some of rotor_speed_percent, {lowest:g} to {highest:g}"
+                raise complaint(f"{field}.percent", [low, high], allowed)
             least = (high - low) / self.rotor_speed_rate_percent_s
-            within_bounds = self.rotor_speed_percent[0] < low and high < self.rotor_speed_percent[1]
-            if within_bounds and 0.0 < band.crossing_s < least:
+            if lowest < low and high < highest and 0.0 < band.crossing_s < least:
                 allowed = f"allowed: 0 (never cross), or at least {least:g} s by rotor_speed_rate_percent_s"
                 raise complaint(f"{field}.crossing_s", band.crossing_s, allowed)
         return self
@@ -200,6 +206,16 @@ class Mission(Weather):
             if not isinstance(self.tasks[index], Idle | GroundIdle | Hover):
                 allowed = "allowed for the first and the last task: idle, ground_idle, hover"
                 raise complaint(f"tasks[{index}].kind", self.tasks[index].kind, allowed)
+        return self
+
+    @model_validator(mode="after")
+    def _bands_without_idle(self) -> Mission:
+        idle = next((k for k, task in enumerate(self.tasks) if isinstance(task, Idle | GroundIdle)), None)
+        for index, band in enumerate(self.limits.forbidden_rotor_speed):
+            if idle is not None and band.percent[0] < 100.0 < band.percent[1]:
+                where = f"tasks[{idle}] ({self.tasks[idle].kind})"
+                allowed = f"allowed: a band without 100 %, at which the rotor turns in {where}"
+                raise complaint(f"limits.forbidden_rotor_speed[{index}].percent", list(band.percent), allowed)
         return self
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vrsopt.errors import InputError
-from vrsopt.helicopter import MODEL_VERSION, Helicopter
+from vrsopt.helicopter import MODEL_VERSION, Helicopter, helicopter
 from vrsopt.mission.file import Mission, Weather, mission_from, read_mission, validated
 from vrsopt.mission.track import FlownMission, track_mission
 from vrsopt.mission.track_file import SUFFIXES
@@ -32,9 +32,13 @@ DEFAULT = ("nominal", "pointwise", "trajectory")
 def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> ScheduleSettings:
     """The mission's limits on schedules in SI units, around the aircraft's nominal rotor speed and twist.
 
-    Raises :class:`InputError` for limits that contradict each other.
+    Raises :class:`InputError` for limits that contradict each other or the aircraft.
     """
     limits, rotor = mission.limits, machine.aircraft.main_rotor
+    least_twist, most_twist = map(math.radians, limits.twist_deg)
+    if not least_twist <= rotor.twist <= most_twist:
+        allowed = f"allowed: around {math.degrees(rotor.twist):g}, the nominal twist of {machine.aircraft.name}"
+        raise InputError(f"limits.twist_deg = {[*limits.twist_deg]}: {allowed}")
 
     def speed(percent: float) -> float:
         return percent / 100 * rotor.nominal_rotor_speed
@@ -45,7 +49,7 @@ def schedule_settings(mission: Mission | FlownMission, machine: Helicopter) -> S
         nominal_rotor_speed=rotor.nominal_rotor_speed,
         nominal_twist=rotor.twist,
         rotor_speed_bounds=(low, high),
-        twist_bounds=(math.radians(limits.twist_deg[0]), math.radians(limits.twist_deg[1])),
+        twist_bounds=(least_twist, most_twist),
         rotor_speed_rate=speed(limits.rotor_speed_rate_percent_s),
         twist_rate=math.radians(limits.twist_rate_deg_s),
         rotor_speed_acceleration=None if accelerations[0] is None else speed(accelerations[0]),
@@ -69,7 +73,8 @@ def read(
     """The mission of a file, or the track of one (CSV, GPX) with its take-off ``mass`` [kg].
 
     ``isa_offset`` [K] and ``wind`` (from where [deg], speed [m/s]), where given, replace those of a mission. Raises
-    :class:`InputError` for a file that can not be used, and for a track without mass or a mission with one.
+    :class:`InputError` for a file that can not be used, also not with the aircraft that it names, and for a track
+    without mass or a mission with one.
     """
     weather: dict[str, Any] = {} if isa_offset is None else {"isa_offset_k": isa_offset}
     if wind is not None:
@@ -82,9 +87,13 @@ def read(
     if mass is not None:
         raise InputError(f"{path}: mass = {mass:g}: allowed with a flown track; a mission file states its loading")
     mission = read_mission(path)
-    if not weather:
-        return mission
-    return mission_from(mission.model_dump(mode="json", exclude_none=True) | weather, where=str(path))
+    if weather:
+        mission = mission_from(mission.model_dump(mode="json", exclude_none=True) | weather, where=str(path))
+    try:
+        schedule_settings(mission, helicopter(mission.aircraft))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return mission
 
 
 def checked_schedules(schedules: Sequence[str]) -> Sequence[str]:
