@@ -65,7 +65,7 @@ class AnalyticModel:
     """The analytic helicopter along nodes, as a path model."""
 
     limit_names = ("blade loading", "engine power", "torque")
-    quantity_names = ("power_per_engine", "torque", "blade_loading", "nox", "co", "co2")
+    quantity_names = ("power_per_engine", "torque", "turbine_temperature", "blade_loading", "nox", "co", "co2")
     bounds = {"mass": (1400.0, 2500.0), "rotor_speed": (33.0, 51.5), "twist": (0.1, 0.29)}
 
     def __init__(self, aircraft: Aircraft, coefficients: np.ndarray) -> None:
@@ -94,6 +94,7 @@ class AnalyticModel:
             values = {
                 "power_per_engine": power,
                 "torque": 2 * power / x[1],
+                "turbine_temperature": 700.0 + 1.5e-3 * power,
                 "blade_loading": self.aircraft.blade_loading_limit * (limits[0] + 1),
                 **self.emissions(fuel_flow, power, x[1]),
             }

@@ -39,15 +39,49 @@ def test_excess_of_a_flight_over_changed_limits_and_own_constraints(trip, make_m
     own = (
         Constraint("tip speed", 4.912 * q["rotor_speed"], lower=200.0, upper=220.0, unit="m/s", tasks=("loiter",)),
         Constraint("late nox", q["nox"] * q["time"], upper=1.0),
-        Constraint("torque of the rotor", q["torque"], upper=1.0),  # not known between nodes
+        Constraint("torque of the rotor", q["torque"], upper=5e3, unit="N m"),
         Constraint("two", 2.0, lower=1.0),
     )
     names, excess = flown_excess(grid, flight, Additions(own), {"engine power": 0.9, "late nox": (None, 1e-9)})
-    assert names == ("blade loading", "engine power", "torque", "tip speed", "late nox", "two")
+    assert names == ("blade loading", "engine power", "torque", "tip speed", "late nox", "torque of the rotor", "two")
     np.testing.assert_allclose(excess[:3] - flight.limits, [[0.0], [0.1], [0.0]] * np.ones(len(grid.time)), atol=1e-12)
     late = flight.segment == 1
     np.testing.assert_allclose(excess[3], np.where(late, (4.912 * 43.0 - 220.0) / 220.0, -1.0))
-    assert np.all(excess[4, 1:] > 0.0) and np.all(excess[5] == -1.0)
+    assert np.all(excess[4, 1:] > 0.0) and np.all(excess[6] == -1.0)
+    np.testing.assert_allclose(excess[5], 2 * flight.power_per_engine / 43.0 / 5e3 - 1.0, atol=1e-4)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("power_per_engine", "W"), ("turbine_temperature", "K")])
+def test_a_constraint_is_judged_alike_however_it_is_written(trip, make_model, name, unit):
+    """A bound on a value, on its difference to the bound, and on thousandths of that: in the problem and in flight."""
+    q, grid = quantities(), FlightGrid(trip, make_model(), settings=FREE)
+    free = TrajectoryProblem(trip, make_model(), settings=FREE).solve(MASS)
+    flight = grid.fly(free.schedule, takeoff_mass=MASS)
+    power, fuels = 0.995 * float(np.max(flight.power_per_engine)), []
+    bound = power if unit == "W" else 700.0 + 1.5e-3 * power
+    for value, upper in ((q[name], bound), (q[name] - bound, 0.0), (1e-3 * (q[name] - bound), 0.0)):
+        additions = Additions((Constraint("own", value, upper=upper, unit=unit),))
+        excess = flown_excess(grid, flight, additions, {})[1][-1].max()
+        assert 1e-3 < excess < 0.1  # of the size of the value, not of 1 W or 1 K
+        found = refined(
+            TrajectoryProblem(trip, make_model(), settings=FREE, additions=additions), grid, takeoff_mass=MASS
+        )
+        assert found[0].success and found[0].iterations < 60, found[0].message
+        fuels.append(found[0].fuel)
+    assert fuels == pytest.approx([fuels[0]] * 3, rel=2e-6) and fuels[0] >= free.fuel * (1 - 1e-6)
+    assert judged(grid, flight, additions, None).message.startswith("own ")
+
+
+def test_the_ends_of_a_segment_are_judged_at_the_rate_inside_it(make_profile, make_model):
+    """A rotor that slows down all the way gives its power from the first to the last moment."""
+    profile = make_profile({"task": "loiter", "duration": 20.0, "speed": 30.0})
+    grid = FlightGrid(profile, make_model())
+    slowing = replace(constant_schedule(profile, rotor_speed=44.4, twist=0.14), rotor_speed=np.array([44.4, 36.0]))
+    flight = grid.fly(slowing, takeoff_mass=MASS)
+    power = (flight.limits[1] + 1.0) * 257e3
+    np.testing.assert_allclose(power, flight.power_per_engine, rtol=1e-9)
+    steady = grid.fly(constant_schedule(profile, rotor_speed=44.4, twist=0.14), takeoff_mass=MASS)
+    assert power[0] < 0.95 * (steady.limits[1, 0] + 1.0) * 257e3
 
 
 def test_a_flight_is_judged_by_what_is_asked(trip, make_model):
@@ -119,6 +153,23 @@ def test_what_is_not_a_number_is_named(trip, make_model):
         assert f"is infinite or not a number: {named}" in found.message
     with pytest.raises(InputError, match=r"cost = 3: must depend on one of quantities\(\)"):
         Additions(cost=3).cost_expression()
+
+
+def test_constraints_of_nothing_free_hold_or_are_named(trip, make_model):
+    q, grid = quantities(), FlightGrid(trip, make_model(), settings=FREE)
+    kept = Constraint("constant", 3.0, upper=5.0), Constraint("airspeed", q["speed"], upper=60.0, unit="m/s")
+    clock = Constraint("length", 1.0, upper=300.0, unit="s")
+    plain, found = (
+        refined(TrajectoryProblem(trip, make_model(), settings=FREE, additions=one), grid, takeoff_mass=MASS)[0]
+        for one in (None, Additions(kept, integrals=(clock,)))
+    )
+    assert found.success and found.fuel == pytest.approx(plain.fuel, rel=1e-6)
+    assert found.integrals["length"] == pytest.approx(240.0)
+    broken = Additions((Constraint("constant", 3, upper=2.0),))
+    refused = TrajectoryProblem(trip, make_model(), settings=FREE, additions=broken).solve(MASS)
+    assert not refused.success and "infeasible; it would take constant 3.000 against 2.000" in refused.message
+    with pytest.raises(InputError, match="additions: none = nan: must be finite, or depend on one of quantities"):
+        Constraint("none", float("nan"), upper=1.0)
 
 
 def test_a_cost_starts_with_the_multipliers_of_its_own_solution(trip, make_model):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -21,6 +21,15 @@ if TYPE_CHECKING:
 
 STATES = ("mass", "rotor_speed", "twist", "rotor_speed_rate")
 CONDITIONS = ("time", "speed", "altitude", "climb_angle", "equivalent_climb_angle", "load_factor")
+# What is free, and how large it is: mass, rotor speed, twist, rate; fuel flow, powers, ... in the units of quantities()
+SIZES = {
+    **dict(zip(STATES, (2e3, 44.0, 0.15, 0.4), strict=True)),
+    "fuel_flow": 0.03,
+    **dict.fromkeys(LIMIT_NAMES, 1.0),
+    **dict(zip(QUANTITY_NAMES, (2e5, 4e5, 1e4, 1e3, 0.1, 2e-4, 2e-4, 0.1), strict=True)),
+}
+CONDITION_SIZES = dict(zip(CONDITIONS, (1e3, 40.0, 500.0, 0.1, 0.1, 1.0), strict=True))
+LEAST_SCALE = 0.1  # of what the quantities of an expression bring to it: a bound of zero says nothing of its size
 WEIGHTED = {"fuel": "fuel_flow", "nox": "nox", "co": "co", "co2": "co2"}  # what a cost may weigh, and its flow
 
 
@@ -88,10 +97,11 @@ class Constraint:
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
             raise InputError(f"constraint {self.name}: lower = {self.lower:g}: must not be above {self.upper:g}")
 
-    @property
+    @cached_property
     def scale(self) -> float:
-        """What brings the expression to order one."""
-        return max((abs(bound) for bound in (self.lower, self.upper) if bound), default=1.0)
+        """What brings the expression to order one: its larger bound, or a part of what its quantities bring to it."""
+        bound = max(abs(bound) for bound in (self.lower, self.upper) if bound is not None)
+        return max(bound, LEAST_SCALE * _size(self.expression)) or 1.0
 
 
 @dataclass(frozen=True)
@@ -186,8 +196,20 @@ def extended(model: PathModel, conditions: Conditions, additions: Additions) -> 
     return Extended(ca.Function("node", inputs, [ca.vertcat(fuel_flow, limits, *added)]), coefficients, rows)
 
 
+def _size(expression: Any) -> float:
+    """The largest share of a free quantity in an expression: its slope times the size of the quantity; 0 if unknown."""
+    symbols = ca.symvar(ca.SX(expression))
+    sizes = [SIZES.get(symbol.name(), 0.0) for symbol in symbols]
+    if not any(sizes):
+        return 0.0
+    there = [size or CONDITION_SIZES[symbol.name()] for symbol, size in zip(symbols, sizes, strict=True)]
+    slopes = ca.Function("slopes", [ca.vertcat(*symbols)], [ca.gradient(expression, ca.vertcat(*symbols))])
+    shares = np.abs(slopes(there).full().ravel() * sizes)
+    return float(np.max(shares, where=np.isfinite(shares), initial=0.0))
+
+
 def _symbols(name: str, expression: Any) -> list[Any]:
-    """Quantities in an expression; raises InputError for other symbols or other shapes."""
+    """Quantities in an expression; raises InputError for other symbols, other shapes and what is no number."""
     if not isinstance(expression, ca.SX | int | float):
         allowed = "must be a CasADi SX expression of the symbols of quantities()"
         raise InputError(f"additions: {name} = {type(expression).__name__}: {allowed}")
@@ -195,6 +217,8 @@ def _symbols(name: str, expression: Any) -> list[Any]:
     if value.numel() != 1:
         raise InputError(f"additions: {name} = expression of shape {value.shape}: must be a single value")
     symbols = ca.symvar(value)
+    if not symbols and not is_number(float(ca.evalf(value))):
+        raise InputError(f"additions: {name} = {value}: must be finite, or depend on one of quantities()")
     for symbol in symbols:
         if symbol.name() not in quantities() or not ca.is_equal(symbol, quantities()[symbol.name()]):
             raise InputError(

@@ -258,8 +258,7 @@ class MissionProblem:
     ) -> Flight:
         """Fly a schedule on the surrogate, on the fine grid; ``limits`` and ``changes`` as of :meth:`solve`.
 
-        Constraints of one's own are judged as well, those of the torque, the turbine temperature, the rotor's power and
-        the blade loading excepted. Its ``limits`` are those of the aircraft, over what is asked.
+        Constraints of one's own are judged as well. Its ``limits`` are those of the aircraft, over what is asked.
         """
         grid, additions = self._grid(self._changed(changes)), Additions(tuple(self._constraints))
         if limits:

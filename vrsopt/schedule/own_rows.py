@@ -1,12 +1,12 @@
 """Constraints and cost of one's own as numbers: between the nodes of a mesh, and for a search over all rotor speeds.
 
-Of what the path model offers only as expressions (torque, turbine temperature, ...) nothing is known here: constraints
-and costs of these count at the nodes of the whole-mission problem alone.
+What the path model offers only as expressions (torque, turbine temperature, ...) is known along a flight. A search over
+all rotor speeds does without: it leaves out constraints and costs of these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,8 @@ from vrsopt.schedule.violation import Stay
 if TYPE_CHECKING:
     from vrsopt.mission.profile import Conditions, Profile
 
-KNOWN = {*STATES, *CONDITIONS, *LIMIT_NAMES, "fuel_flow"} - {*QUANTITY_NAMES} | {*EMITTED, "power_per_engine"}
+EXPRESSED = {*QUANTITY_NAMES} - {*EMITTED, "power_per_engine"}  # of them some have the name of a limit
+KNOWN = {*STATES, *CONDITIONS, *LIMIT_NAMES, "fuel_flow", *QUANTITY_NAMES} - EXPRESSED
 DOES_NOT_HOLD = -1.0  # excess of a constraint outside its tasks: far from its bound
 
 
@@ -43,13 +44,13 @@ class OwnRows:
         conditions: Conditions,
         additions: Additions,
         limits: LimitBounds | None,
+        *,
+        known: Set[str] = KNOWN,
     ) -> None:
-        constraints, cost = (
-            [one for one in additions.constraints if _known(one.expression)],
-            additions.cost_expression(),
-        )
+        constraints = [one for one in additions.constraints if _names(one.expression) <= known]
+        cost = additions.cost_expression()
         self.names = tuple(one.name for one in constraints)
-        self.has_cost = cost is not None and _known(cost)
+        self.has_cost = cost is not None and _names(cost) <= known
         expressions = [one.expression / one.scale for one in constraints] + [cost] * self.has_cost
         outputs = ca.vertcat(quantities()["mass"], *expressions)  # never empty
         symbols = ca.symvar(outputs)
@@ -78,6 +79,7 @@ class OwnRows:
         known |= {"fuel_flow": values.fuel_flow, "power_per_engine": values.power_per_engine}
         if {*self._used} & {*EMITTED}:
             known |= self._model.emissions(values.fuel_flow, values.power_per_engine, states[1])
+        known |= self._expressions([name for name in self._used if name in EXPRESSED], states, shape)
         table = [np.broadcast_to(known[name], shape).ravel() for name in self._used]
         found = np.array(self._function(np.array(table))).reshape(-1, *shape)[1:]
         excess = np.full((len(self.names), *shape), DOES_NOT_HOLD)
@@ -85,9 +87,20 @@ class OwnRows:
             row[holds] = np.maximum(low - value, value - high)[holds]
         return excess, found[-1] if self.has_cost else None
 
+    def _expressions(self, names: Sequence[str], states: tuple[Any, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+        """Quantities that the path model offers as expressions, each of ``shape`` (P, n), by name."""
+        if not names:
+            return {}
+        function, coefficients = self._model.function(names)
+        x = np.array([np.broadcast_to(state, shape).ravel() for state in states])
+        centre = [x] * (function.n_in() - len(x) - 1)  # if the function has one
+        each = np.repeat(coefficients, shape[1], axis=1)
+        table = function.map(x.shape[1])(*x[:, None], each, *centre)[-1].full()
+        return {name: row.reshape(shape) for name, row in zip(names, table, strict=True)}
 
-def _known(expression: Any) -> bool:
-    return {symbol.name() for symbol in ca.symvar(ca.SX(expression))} <= KNOWN
+
+def _names(expression: Any) -> set[str]:
+    return {symbol.name() for symbol in ca.symvar(ca.SX(expression))}
 
 
 class PlannedModel:
@@ -115,7 +128,8 @@ def flown_excess(
     excess = flight.limits - np.array([usages.get(name, 1.0) - 1.0 for name in names])[:, None]
     if not additions.constraints:
         return names, excess
-    own = OwnRows(grid.profile, grid.model, grid.conditions, Additions(additions.constraints), limits)
+    known = {*quantities()}
+    own = OwnRows(grid.profile, grid.model, grid.conditions, Additions(additions.constraints), limits, known=known)
     rate = grid.rates(flight.rotor_speed)[0]
     charged = rate if grid.settings.spin_down_credit else np.maximum(rate, 0.0)
     values = grid.evaluate(flight.mass, flight.rotor_speed, flight.twist)

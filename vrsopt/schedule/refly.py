@@ -119,14 +119,15 @@ class FlightGrid:
         return thinned(self.segment, 2)
 
     def rates(self, values: np.ndarray, nodes: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Rate of change (N, 2) before and after each node, zero across edges, and the steps (n - 1,) [s]."""
+        """Rate (N, 2) before and after each node, both inside its segment; steps (n - 1,) [s], zero across edges."""
         nodes = self._all if nodes is None else nodes
         inside = np.diff(self.segment[nodes]) == 0
         step = np.where(inside, np.diff(self.time[nodes]), 0.0)
         slope = np.divide(np.diff(values[nodes]), step, out=np.zeros(len(step)), where=step > 0)
         both = np.zeros((len(self.time), 2))
-        both[nodes[1:], 0] = slope
-        both[nodes[:-1], 1] = slope
+        both[nodes[1:], 0] = both[nodes[:-1], 1] = slope
+        first, last = nodes[np.append(True, ~inside)], nodes[np.append(~inside, True)]
+        both[first, 0], both[last, 1] = both[first, 1], both[last, 0]
         return both, step
 
     def evaluate(self, mass: np.ndarray, rotor_speed: np.ndarray, twist: np.ndarray) -> PathValues:
