@@ -20,6 +20,7 @@ def test_no_allowed_neighbour_burns_less():
     assert best.cpu_s < 2.0 and best.fuel_flow < 0.9 * best.nominal_fuel_flow
     assert max(best.usages.values()) < 1.0 + 1e-6 and list(best.usages) == list(LIMIT_NAMES)
     assert list(best.multipliers) == ["blade loading"] and best.multipliers["blade loading"] > 0.0
+    assert str(best).splitlines()[4] == "active           blade loading" and "result           optimal" in str(best)
     flat = []
     for speed, twist in ((0.01, 0.0), (0.0, 0.01), (0.0, -0.01), (0.01, 0.01), (-0.01, 0.0)):
         flight = {**best.flight, "rotor_speed": best.rotor_speed * (1 + speed), "twist": best.twist + twist}
@@ -72,6 +73,7 @@ def test_one_variable_alone_and_bounds():
         ({"mass": -5}, r"mass = -5: a number from 500 to 5000"),
         ({"speed": -40.0}, r"speed = -40\.0: a number from 0 to 90"),
         ({"altitude": None}, r"altitude = None: a number from -500 to 6000"),
+        ({"altitude": "5"}, r"altitude = '5': a number from -500 to 6000"),
     ],
 )
 def test_refused_input(changed, message):
@@ -79,6 +81,13 @@ def test_refused_input(changed, message):
     with pytest.raises(InputError, match=f"^optimum of the physics: {message}") as caught:
         physics_optimum(**{"mass": 1900.0, "speed": 40.0, **changed})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("aircraft", [5, None, ["bo105"], b"bo105", "none"])
+def test_refused_aircraft(aircraft):
+    with pytest.raises(InputError, match="^aircraft = .*: a .* path to a .toml file") as caught:
+        physics_optimum(1900.0, 40.0, aircraft=aircraft)
+    assert repr(aircraft) in str(caught.value)
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import pytest
 
 import vrsopt
 
-VERBS = ("trim", "engine", "sample", "add_points", "fit", "solve", "envelope")
+VERBS = ("trim", "physics_optimum", "engine", "sample", "add_points", "fit", "solve", "envelope")
 FUNCTIONS = (*VERBS, "load_aircraft", "load_engine", "load_surrogate", "load_trajectory", "read_mission")
 
 

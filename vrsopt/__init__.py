@@ -9,14 +9,15 @@ The verbs, in the order of the work, each also a sub-command of the command line
 ``envelope``  the best rotor speed and twist at every operating point of the flight envelope, as maps
 ``solve``     a mission flown with several schedules, compared on the surrogate and on the physics
 
+``physics_optimum`` is the rotor speed and twist of least fuel at one operating point, on the physics itself.
 ``MissionProblem`` is a mission as an optimal-control problem of one's own: constraints and objectives as expressions of
 named quantities, solved again with other rates and limits; ``load_trajectory`` reads a solution that was saved.
 
 What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
 shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
-``OperatingPoint``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``; results carry ``success``
-and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input that can not be
-used, ``NoSolutionError`` for a question without an answer.
+``OperatingPoint``, ``PointOptimum``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``; results
+carry ``success`` and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input
+that can not be used, ``NoSolutionError`` for a question without an answer.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``). Names that mean the same
 everywhere: ``mass`` (gross mass [kg]), ``takeoff_mass`` (gross mass at take-off [kg]), ``speed`` (true airspeed [m/s]),
@@ -51,6 +52,8 @@ if TYPE_CHECKING:
     from vrsopt.helicopter import trim
     from vrsopt.mission.file import Mission, read_mission
     from vrsopt.operating_point import OperatingPoint
+    from vrsopt.point_optimum import physics_optimum
+    from vrsopt.point_problem import PointOptimum
     from vrsopt.rotor_fields import rotor_map
     from vrsopt.schedule.bands import ForbiddenBand
     from vrsopt.schedule.compare import solve
@@ -83,6 +86,7 @@ __all__ = [
     "MissionProblem",
     "NoSolutionError",
     "OperatingPoint",
+    "PointOptimum",
     "Sampling",
     "ScheduleSettings",
     "Status",
@@ -96,6 +100,7 @@ __all__ = [
     "load_engine",
     "load_surrogate",
     "load_trajectory",
+    "physics_optimum",
     "read_mission",
     "rotor_map",
     "sample",
@@ -116,6 +121,7 @@ _HOMES = {
     "MissionProblem": "vrsopt.schedule.mission_problem",
     "NoSolutionError": "vrsopt.errors",
     "OperatingPoint": "vrsopt.operating_point",
+    "PointOptimum": "vrsopt.point_problem",
     "Sampling": "vrsopt.surrogate.sampling",
     "ScheduleSettings": "vrsopt.schedule.schedule",
     "Status": "vrsopt.solvers.status",
@@ -129,6 +135,7 @@ _HOMES = {
     "load_engine": "vrsopt.turboshaft.data",
     "load_surrogate": "vrsopt.surrogate.store",
     "load_trajectory": "vrsopt.schedule.trajectory_file",
+    "physics_optimum": "vrsopt.point_optimum",
     "read_mission": "vrsopt.mission.file",
     "rotor_map": "vrsopt.rotor_fields",
     "sample": "vrsopt.surrogate.design",

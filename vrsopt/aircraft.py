@@ -236,6 +236,8 @@ def load_aircraft(name: str | Path = "bo105") -> Aircraft:
 
     Raises :class:`InputError` with one line that names file and field when the data is missing, unknown or impossible.
     """
+    if not isinstance(name, str | Path):
+        raise InputError(f"aircraft = {name!r}: a name, a path to a .toml file, or aircraft data")
     path = data_path(name)
     if not path.exists() and path.suffix != ".toml":
         raise InputError(f"aircraft = {str(name)!r}: a shipped aircraft (bo105) or a path to a .toml file")
