@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
+from tests.report.synthetic_solution import made_shaft_power, made_solution
 from vrsopt.atmosphere import GRAVITY
 from vrsopt.helicopter import helicopter
 from vrsopt.limits import LIMIT_NAMES, Limits
@@ -25,6 +26,7 @@ from vrsopt.schedule.activity import active_limits
 from vrsopt.schedule.comparison import Band, Comparison, ScheduleResult
 from vrsopt.schedule.emissions import changes
 from vrsopt.schedule.path_model import PathValues
+from vrsopt.schedule.quadrature import per_segment
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.rotor_energy import rotor_energy
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
@@ -227,19 +229,22 @@ def _physics(profile: Profile, schedule: Schedule) -> PhysicsFlight:
     """The same formula on a grid of 5 s, 0.1 % off: what a physics would say."""
     grid = FlightGrid(profile, Formula, step=5.0)
     flight = grid.fly(schedule, takeoff_mass=TAKEOFF_MASS)
+    sides = np.repeat(1.001 * flight.fuel_flow[:, None], 2, axis=1)
+    fuel = per_segment(flight.segment, flight.time, sides, np.arange(len(flight.time)), len(profile.segments))
     return PhysicsFlight(
         segment=flight.segment,
         time=flight.time,
         mass=flight.mass,
         fuel_flow=1.001 * flight.fuel_flow,
         usages=np.where(np.isfinite(flight.limits), 1.0 + flight.limits, np.nan),
-        fuel=1.001 * flight.fuel,
+        fuel=float(fuel.sum()),
         quadrature_error=1e-3,
         residual_norm=1e-9,
         emission_nodes=np.arange(len(flight.time)),
         emissions=grid.emissions(flight),
         success=True,
         message="",
+        shaft_power=made_shaft_power(flight, sides),
     )
 
 
@@ -280,9 +285,6 @@ def compare(
     segment, time = np.asarray(nodes.segment)[flying], np.asarray(nodes.time)[flying]
     middle = NOMINAL * (0.92 + 0.02 * np.sin(time / 200.0))
     flown = flights.get("trajectory", flights["nominal"])
-    trajectory: Any = SimpleNamespace(
-        fuel=1.0001 * flown.fuel, iterations=17, build_s=1.5, solve_s=2.5, max_residual=1e-9
-    )
     mission: Any = SimpleNamespace(name=name, notes=(), places=places)
     return Comparison(
         mission=mission,
@@ -292,7 +294,7 @@ def compare(
         loading=TakeoffLoading(TAKEOFF_MASS, 300.0, base, 100.0, TAKEOFF_MASS - base),
         results=results,
         band=Band(segment, time, middle - 2.0, middle + 2.0),
-        trajectory=trajectory if "trajectory" in chosen else None,
+        trajectory=made_solution(profile, 1.0001 * flown.fuel) if "trajectory" in chosen else None,
         provenance={
             "model_version": "3",
             "data_hash": "0123456789abcdef",

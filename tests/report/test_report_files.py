@@ -15,7 +15,8 @@ from vrsopt.errors import InputError
 from vrsopt.mission.track import FlownMission
 from vrsopt.report.files import read_result, write_results
 
-NAMES = ("flight_path", "mission_profile", "schedules", "fuel", "emissions", "phases")
+NAMES = ("flight_path", "mission_profile", "schedules", "fuel", "emissions", "phases", "saving")
+ON_PAGE = ("fuel", "saving", "flight_path", "mission_profile", "schedules", "emissions", "phases")  # in that order
 DATA = ("result.nc", "flight_path.geojson", "flight_path.kml")
 FIGURES = [f"{name}.png" for name in NAMES]
 
@@ -198,9 +199,11 @@ def test_page_is_complete_and_needs_nothing_else(folder, comparison, mission_tex
     page.feed(text)
     page.close()
     assert not page.open
-    assert "http" not in text and "script" not in page.tags and "link" not in page.tags and "url(" not in text
-    pictures = [link.removeprefix("data:image/png;base64,") for link in page.links]
-    files = [folder / part / f"{name}.png" for part in ("", "twist_only") for name in NAMES]
+    assert "://" not in text and "script" not in page.tags and "link" not in page.tags and "url(" not in text
+    inside = [link for link in page.links if link.startswith("#")]
+    assert len(inside) > 10 and all(f'id="{link[1:]}"' in text for link in inside)
+    pictures = [link.removeprefix("data:image/png;base64,") for link in page.links if link not in inside]
+    files = [folder / part / f"{name}.png" for part in ("", "twist_only") for name in ON_PAGE]
     assert [base64.b64decode(picture, validate=True) for picture in pictures] == [file.read_bytes() for file in files]
     words = "".join(page.texts)
     assert mission_text in words and "Hop <über>" in words

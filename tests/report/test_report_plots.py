@@ -16,6 +16,7 @@ from vrsopt.report.plots import (
     mission_figure,
     phase_figure,
     png,
+    saving_figure,
     schedule_figure,
 )
 from vrsopt.report.style import KIND_COLOURS, task_spans
@@ -42,7 +43,7 @@ def texts(figure):
     return found
 
 
-ALL = [flight_path_figure, mission_figure, schedule_figure, fuel_figure, emission_figure, phase_figure]
+ALL = [flight_path_figure, mission_figure, schedule_figure, saving_figure, fuel_figure, emission_figure, phase_figure]
 
 
 @pytest.mark.parametrize("draw", ALL)

@@ -14,6 +14,7 @@ import numpy as np
 from vrsopt.report.emission_plots import emission_figure, phase_figure
 from vrsopt.report.map_plot import flight_path_figure
 from vrsopt.report.mission_plot import mission_figure
+from vrsopt.report.saving_plot import saving_figure
 from vrsopt.report.series import schedule_figure
 from vrsopt.report.style import BLUE, NORMAL, SKY, SMALL, new_figure, tidy, two_lines
 from vrsopt.report.tables import label, title, verdict
@@ -31,6 +32,7 @@ __all__ = [
     "mission_figure",
     "phase_figure",
     "png",
+    "saving_figure",
     "schedule_figure",
 ]
 
@@ -39,7 +41,9 @@ LONGEST_NAME = 24  # letters of a schedule's name on one line below its bar
 
 
 def figures(comparison: Comparison) -> dict[str, Figure]:
-    """All figures of ``comparison`` (without its variants) by the name of their file."""
+    """All figures of ``comparison`` (without its variants) by the name of their file; that of what is saved only where
+    a schedule saves or costs something."""
+    saving = saving_figure(comparison)
     return {
         "flight_path": flight_path_figure(comparison),
         "mission_profile": mission_figure(comparison),
@@ -47,7 +51,7 @@ def figures(comparison: Comparison) -> dict[str, Figure]:
         "fuel": fuel_figure(comparison),
         "emissions": emission_figure(comparison),
         "phases": phase_figure(comparison),
-    }
+    } | ({"saving": saving} if saving is not None else {})
 
 
 def png(figure: Figure, *, dpi: float = 110) -> bytes:

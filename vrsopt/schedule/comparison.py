@@ -23,6 +23,7 @@ from vrsopt.schedule.free_flight import FreeFlight
 from vrsopt.schedule.refly import Flight
 from vrsopt.schedule.resimulation import resimulation_error
 from vrsopt.schedule.rotor_energy import RotorEnergy
+from vrsopt.schedule.saving import savings
 from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 from vrsopt.schedule.task_summary import task_figures
 from vrsopt.schedule.trajectory import Trajectory
@@ -126,6 +127,8 @@ class Comparison:
     def summary(self) -> dict[str, Any]:
         """The figures of ``summary.json``."""
         schedules = {name: self._figures(result) for name, result in self.results.items()}
+        for name, saved in savings(self.profile, self.limits, self.results).items():
+            schedules[name]["saving_physics"] = saved.as_dict()
         content: dict[str, Any] = {
             "mission": self.mission.name,
             "takeoff_mass_kg": self.loading.takeoff_mass,
