@@ -255,7 +255,10 @@ def mission_from(data: dict[str, Any], *, where: str) -> Mission:
 
 
 def validated(model: type[T], data: dict[str, Any], *, where: str) -> T:
-    """``data`` as one of the tables of a mission file; raises :class:`InputError` that begins with ``where``."""
+    """``data`` as one of the tables of a mission file; raises :class:`InputError` that begins with ``where``.
+
+    ``model``: the class of the table.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as error:
