@@ -13,11 +13,11 @@ The verbs, in the order of the work, each also a sub-command of the command line
 ``MissionProblem`` is a mission as an optimal-control problem of one's own: constraints and objectives as expressions of
 named quantities, solved again with other rates and limits; ``load_trajectory`` reads a solution that was saved.
 
-What they take: ``read_mission`` reads a mission file, ``load_aircraft``, ``load_engine`` and ``load_surrogate`` the
-shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they return:
-``OperatingPoint``, ``PointOptimum``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``; results
-carry ``success`` and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for input
-that can not be used, ``NoSolutionError`` for a question without an answer.
+What they take: ``read_mission`` reads a mission file (``vrsopt new`` writes one to begin with), ``load_aircraft``,
+``load_engine`` and ``load_surrogate`` the shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed
+point do and feel. What they return: ``OperatingPoint``, ``PointOptimum``, ``EngineResult``, ``Sampling``, ``Fit``,
+``Envelope`` and ``Comparison``; results carry ``success`` and ``message`` and print as a short table. Two errors are
+meant for users: ``InputError`` for input that can not be used, ``NoSolutionError`` for a question without an answer.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``). Names that mean the same
 everywhere: ``mass`` (gross mass [kg]), ``takeoff_mass`` (gross mass at take-off [kg]), ``speed`` (true airspeed [m/s]),
