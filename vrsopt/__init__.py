@@ -35,9 +35,14 @@ is)::
     comparison = vrsopt.solve("problems/sarm.toml", schedules=("nominal", "trajectory"))
     print(comparison.summary()["schedules"]["trajectory"]["fuel_delta_percent"])
 
-Everything here loads when it is first used. What is not here has its place in a module, for instance a trajectory with
-limits and costs of one's own in ``vrsopt.schedule.trajectory``, the emissions of an engine at many states in
-``vrsopt.combustor.emissions``, or the exact derivatives of a point, ``OperatingPoint.derivatives``.
+Everything here loads when it is first used. What is not here has its place in a module, for instance
+
+``vrsopt.balance``               mass and centre of gravity from crew, payload and fuel ``vrsopt.mission.profile``
+a mission as a flight on a time grid; ``vrsopt.mission.track``: a flown track as a mission
+``vrsopt.schedule.trajectory``   the whole-mission problem itself; ``vrsopt.schedule.tradeoff``: fuel against NOx
+``vrsopt.surrogate.kriging``     Kriging as a scikit-learn estimator; ``vrsopt.surrogate.export``: as a CasADi function
+``vrsopt.combustor.emissions``   emissions of an engine at many states; ``vrsopt.foca``: FOCA's estimate
+``vrsopt.report.files``          the files that the command line writes
 """
 
 from __future__ import annotations
