@@ -11,13 +11,15 @@ The verbs, in the order of the work, each also a sub-command of the command line
 
 ``physics_optimum`` is the rotor speed and twist of least fuel at one operating point, on the physics itself.
 ``MissionProblem`` is a mission as an optimal-control problem of one's own: constraints and objectives as expressions of
-named quantities, solved again with other rates and limits; ``load_trajectory`` reads a solution that was saved.
+named quantities, solved again with other rates and limits (``ScheduleSettings``, ``ForbiddenBand``); its solution is a
+``Trajectory``, which ``load_trajectory`` reads from a file.
 
 What they take: ``read_mission`` reads a mission file (``vrsopt new`` writes one to begin with), ``load_aircraft``,
-``load_engine`` and ``load_surrogate`` the shipped data or one's own. ``rotor_map`` shows what the blades of a trimmed
-point do and feel. What they return: ``OperatingPoint``, ``PointOptimum``, ``EngineResult``, ``Sampling``, ``Fit``,
-``Envelope`` and ``Comparison``; results carry ``success`` and ``message`` and print as a short table. Two errors are
-meant for users: ``InputError`` for input that can not be used, ``NoSolutionError`` for a question without an answer.
+``load_engine`` and ``load_surrogate`` the shipped data or one's own. These are a ``Mission``, an ``Aircraft``,
+``EngineData`` and a ``Surrogate``. ``rotor_map`` shows what the blades of a trimmed point do and feel. What they
+return: ``OperatingPoint``, ``PointOptimum``, ``EngineResult``, ``Sampling``, ``Fit``, ``Envelope`` and ``Comparison``;
+results carry ``success`` and ``message`` and print as a short table. Two errors are meant for users: ``InputError`` for
+input that can not be used, ``NoSolutionError`` for a question without an answer; ``Status`` says how a solver ended.
 
 SI units and radians everywhere, unless a name says otherwise (``power_w``, ``fuel_kg``). Names that mean the same
 everywhere: ``mass`` (gross mass [kg]), ``takeoff_mass`` (gross mass at take-off [kg]), ``speed`` (true airspeed [m/s]),
