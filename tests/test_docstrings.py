@@ -128,6 +128,12 @@ def arguments(found: Any) -> dict[str, str]:
     }
 
 
+def test_overview_has_every_public_name_and_names_modules_that_exist():
+    assert not [name for name in vrsopt.__all__ if f"``{name}``" not in vrsopt.__doc__]
+    for name in re.findall(r"``(vrsopt\.[\w.]+)``", vrsopt.__doc__):
+        importlib.import_module(name)
+
+
 def test_glossary_has_units():
     assert len(GLOSSARY) > 10
     assert [name for name, meaning in GLOSSARY.items() if "[" not in meaning] == ["workers", "progress"]
