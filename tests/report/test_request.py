@@ -87,6 +87,8 @@ def test_another_model_or_surrogate_is_refused(result):
         repeat(rewritten(result, request=other))
     with pytest.raises(InputError, match=f"result.nc: model_version = 7.0: this program has {MODEL_VERSION}"):
         repeat(rewritten(result, model_version="7.0"))
+    with pytest.raises(InputError, match="result.nc: mission_text: missing: it was not written by vrsopt solve"):
+        repeat(rewritten(result, model_version=MODEL_VERSION, mission_text=None))
 
 
 @pytest.mark.parametrize(
@@ -95,6 +97,11 @@ def test_another_model_or_surrogate_is_refused(result):
         (None, "request: missing: it was not written by vrsopt solve"),
         ("[]", "request: not what this program writes"),
         (ASKED.model_dump_json().replace('"speed"', "[1]"), "request: not what this program writes"),
+        (
+            ASKED.model_copy(update={"file": "hop\0.toml"}).model_dump_json(),
+            r"file = 'hop\\x00.toml': a name of a file",
+        ),
+        (ASKED.model_copy(update={"file": ""}).model_dump_json(), "file = '': a name of a file"),
         (ASKED.model_dump_json().replace("hop.toml", "../hop.toml"), r"file = '../hop.toml': a name of a file"),
     ],
 )

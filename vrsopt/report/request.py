@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vrsopt.schedule.comparison import Comparison
 
 ATTRIBUTE = "request"  # of result.nc
+LONGEST_NAME = 100  # characters
 
 
 class Request(BaseModel):
@@ -91,13 +92,16 @@ def repeat(result: Path, *, surrogate: Path | None = None, progress: bool = Fals
     version = attributes.get("model_version")
     if version != MODEL_VERSION:
         raise InputError(f"{result}: model_version = {version}: this program has {MODEL_VERSION}")
-    if request.file != Path(request.file).name or "\\" in request.file:
-        raise InputError(f"{result}: file = {request.file!r}: a name of a file")
+    name, text = request.file, attributes.get("mission_text")
+    if not 0 < len(name) < LONGEST_NAME or name != Path(name).name or "\\" in name or not name.isprintable():
+        raise InputError(f"{result}: file = {name!r}: a name of a file")
+    if not isinstance(text, str):
+        raise InputError(f"{result}: mission_text: missing: it was not written by vrsopt solve")
     if surrogate is not None:
         request = request.model_copy(update={"surrogate": str(surrogate)})
     with tempfile.TemporaryDirectory() as folder:
         mission = Path(folder) / request.file
-        mission.write_text(str(attributes["mission_text"]), encoding="utf-8")
+        mission.write_text(text, encoding="utf-8")
         try:
             return run(mission, request, progress=progress)
         except InputError as error:
