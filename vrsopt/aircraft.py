@@ -240,7 +240,7 @@ def load_aircraft(name: str | Path = "bo105") -> Aircraft:
         raise InputError(f"aircraft = {name!r}: a name, a path to a .toml file, or aircraft data")
     path = data_path(name)
     if not path.exists() and path.suffix != ".toml":
-        raise InputError(f"aircraft = {str(name)!r}: a shipped aircraft (bo105) or a path to a .toml file")
+        raise InputError(f"aircraft = {str(name)!r}: a shipped aircraft (bo105, uh60a) or a path to a .toml file")
     changed = path.stat().st_mtime_ns if path.is_file() else 0
     return _load_aircraft(path.resolve(), changed)
 

@@ -31,7 +31,7 @@ from vrsopt.turboshaft.data import EngineData, load_engine
 MODEL_VERSION = "4"  # changes whenever the physics does: a design of experiments belongs to one version
 
 ALLOWED = {
-    "mass": (500.0, 5000.0),
+    "mass": (500.0, 5000.0),  # of the Bo 105
     "speed": (0.0, 90.0),
     "altitude": (-500.0, 6000.0),
     "rotor_speed": (0.5, 1.3),  # over nominal
@@ -41,13 +41,15 @@ ALLOWED = {
     "isa_offset": (-50.0, 50.0),
     "cg_shift": (-0.5, 0.5),
 }
+MASSES = (0.2, 2.0)  # of any aircraft, over its largest: what ALLOWED has for the Bo 105
 EASY_SPEED = 30.0  # m/s: about that of least power
 
 
 def allowed_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
     """Least and largest value of each quantity of a flight that a trim is tried for, SI units."""
     low, high = (end * aircraft.main_rotor.nominal_rotor_speed for end in ALLOWED["rotor_speed"])
-    return {**ALLOWED, "rotor_speed": (low, high)}
+    lightest, heaviest = (end * aircraft.loading.largest_mass for end in MASSES)
+    return {**ALLOWED, "rotor_speed": (low, high), "mass": (lightest, heaviest)}
 
 
 class Helicopter:
