@@ -130,7 +130,7 @@ def test_result_holds_every_time_series_with_its_unit(folder, comparison):
         "time": "s",
     }
     assert {name: data[name].attrs["units"] for name in units} == units
-    texts = {"schedule", "limit", "task", "kind", "message", "phase", "end"}
+    texts = {"schedule", "limit", "task", "kind", "message", "phase", "end", "part", "cause"}
     assert all("units" in data[name].attrs for name in data.variables if name not in texts)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vrsopt.aircraft import load_aircraft
+from vrsopt.report.dataset import result_dataset
 from vrsopt.report.markup import Bad
 from vrsopt.report.page import report_page
 from vrsopt.report.physics_tables import physics_rows, usage_rows
@@ -66,6 +67,7 @@ def test_failures_come_first(broken, with_variant):
     assert 0 < text.index('<li class="bad">') < text.index("<nav>")
     failed = replace(with_variant, variants={"twist_only": broken})
     assert sum(isinstance(one, Bad) for one in summary_sentences(failed)) == 2
+    assert summary_sentences(with_variant)[-1].startswith("By itself, twist saves")
 
 
 def test_nothing_but_nominal_saves_nothing(comparison, broken):
@@ -99,6 +101,21 @@ def test_causes_and_tasks_add_up_to_what_is_saved(comparison):
             total, tolerance = float(tasks[-1][place]), 6e-3 * len(tasks)
             assert sum(column(tasks[:-1], place)) == pytest.approx(total, abs=tolerance)
         assert float(tasks[-1][4]) == float(causes[-1][1])
+
+
+def test_the_data_set_has_power_by_part_and_saving_by_cause(comparison, broken):
+    data = result_dataset(comparison, mission_text="")
+    base = float(data["physics_fuel"].sel(schedule="nominal"))
+    for name, result in comparison.results.items():
+        one = data.sel(schedule=name)
+        assert float(one["saving"].sum()) == pytest.approx(base - float(one["physics_fuel"]), abs=1e-9)
+        power = result.physics.shaft_power.total.mean(axis=1)
+        np.testing.assert_allclose(one["physics_shaft_power"].sum("part"), power, rtol=1e-12)
+    assert {"profile", "engine load"} <= set(data["cause"].values) and "tail rotor" in data["part"].values
+    lost = replace(broken.results["trajectory"].physics, shaft_power=None)
+    results = {**broken.results, "trajectory": replace(broken.results["trajectory"], physics=lost)}
+    unknown = result_dataset(replace(broken, results=results), mission_text="")["saving"].isnull()
+    assert unknown.any(["cause", "segment"]).values.tolist() == [name == "trajectory" for name in results]
 
 
 def test_the_figure_shows_every_task_or_every_kind(comparison, monkeypatch):

@@ -17,6 +17,7 @@ from vrsopt import __version__
 from vrsopt.errors import InputError
 from vrsopt.mission.flight_path import FLAGS, SERIES, flight_path_at, ground_distances
 from vrsopt.report.emission_dataset import emission_variables
+from vrsopt.report.saving_dataset import saving_variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,8 +38,9 @@ def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
 
     Dimensions: ``schedule``; ``limit``; ``node``, the fine grid on which schedules are flown on the surrogate;
     ``physics_node``, that on which they are flown on the physics; ``band_node``, the decision nodes in flight;
-    ``segment``; ``phase``; ``end``, the least and the largest of a range. Both ends of every segment are nodes, so
-    times at edges occur twice. Units are in the attributes. ``mission_text`` is kept in the attributes.
+    ``segment``; ``phase``; ``end``, the least and the largest of a range; ``part`` of the power; ``cause`` of a saving.
+    Both ends of every segment are nodes, so times at edges occur twice. Units are in the attributes,
+    and so is ``mission_text``.
     """
     import xarray as xr
 
@@ -47,6 +49,7 @@ def result_dataset(comparison: Comparison, *, mission_text: str) -> xr.Dataset:
     variables = (
         _profile(comparison) | _schedules(comparison) | _physics(comparison) | _band(comparison) | _segments(comparison)
     ) | emission_variables(comparison)
+    variables |= saving_variables(comparison)
     variables |= {
         "schedule": ("schedule", np.array(list(results)), {"long_name": "name of the schedule"}),
         "limit": ("limit", np.array(list(first.flight.time_on_limits)), {"long_name": "name of the limit"}),

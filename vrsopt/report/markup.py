@@ -23,7 +23,7 @@ th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #ccc; text-align: righ
   white-space: nowrap; }
 th { vertical-align: bottom; white-space: normal; }
 th:first-child, td:first-child { text-align: left; white-space: normal; min-width: 7rem; }
-th.words, td.words { text-align: left; white-space: normal; min-width: 10rem; }
+th.words, td.words { text-align: left; white-space: normal; min-width: 10rem; overflow-wrap: anywhere; }
 td.verdict { text-align: left; }
 tr.sum td { border-top: 2px solid #1a1a1a; font-weight: 600; }
 summary { cursor: pointer; margin: 0.5rem 0; }
@@ -42,20 +42,25 @@ pre { overflow-x: auto; background: #f4f4f4; padding: 1rem; font-size: 0.85rem; 
 }
 @media print {
   @page { size: A4; margin: 12mm; }
-  body { font-size: 9.5pt; max-width: none; padding: 0; }
+  html { font-size: 9pt; }
+  body { font-size: 9pt; max-width: none; padding: 0; }
+  h2 { margin-top: 1.5rem; }
+  figure { margin: 0.7rem 0; }
   .wide, pre { overflow: visible; }
   table { font-size: 7.5pt; width: 100%; }
   th, td { padding: 0.12rem 0.3rem; white-space: normal; }
-  th:first-child, td:first-child, th.words, td.words { min-width: 0; }
+  th:first-child, td:first-child { min-width: 0; }
+  th.words, td.words { min-width: 5.5rem; }
   pre { white-space: pre-wrap; font-size: 7.5pt; }
-  tr, figure { break-inside: avoid; }
+  tr, figure, table.short { break-inside: avoid; }
   h2, h3, summary { break-after: avoid; }
   thead { display: table-header-group; }
-  .wide img { width: auto; max-width: 100%; max-height: 235mm; }
+  .wide img { width: auto; max-width: min(100%, 0.62 * var(--wide)); max-height: 220mm; }
   details::details-content { content-visibility: visible; block-size: auto; }
   a { color: inherit; text-decoration: none; }
 }
 """
+SHORT = 12  # rows: no longer table is kept on one sheet of paper
 MARKS = {"flyable": "verdict", "infeasible": "verdict bad", "failed": "verdict bad"}
 
 
@@ -104,7 +109,10 @@ def table(
     body = [f"<tr>{line}</tr>" for line in lines]
     if total and body:
         body[-1] = f'<tr class="sum">{lines[-1]}</tr>'
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(body)}</tbody></table></div>\n'
+    kind = ' class="short"' if len(lines) <= SHORT else ""
+    return (
+        f'<div class="wide"><table{kind}><thead><tr>{head}</tr></thead><tbody>{"".join(body)}</tbody></table></div>\n'
+    )
 
 
 def _class(words: Collection[int], column: int) -> str:

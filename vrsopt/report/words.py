@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from vrsopt.report.account_tables import active_words
-from vrsopt.report.emission_tables import between, foremost, label
+from vrsopt.report.emission_tables import between, foremost, label, number
 from vrsopt.report.markup import Bad
 from vrsopt.report.physics_tables import largest_usage
 from vrsopt.report.saving_tables import foremost_saving, grouped
@@ -44,8 +44,9 @@ def summary_sentences(comparison: Comparison) -> list[str]:
         return [*found, Bad(words) if names else words]
     name, saved = best
     result = comparison.results[name]
-    texts = (_what(comparison, name, saved), _why(saved), _where(comparison, saved), _held(comparison, name))
-    return [*found, *filter(None, (*texts, _checked(result), _nox(result)))]
+    texts = [_what(comparison, name, saved), _why(saved), _where(comparison, saved), _held(comparison, name)]
+    texts += [_checked(result), _nox(result), *map(_alone, comparison.variants.values())]
+    return [*found, *filter(None, texts)]
 
 
 def failures(comparison: Comparison) -> list[str]:
@@ -108,6 +109,17 @@ def _nox(result: ScheduleResult) -> str:
     over = between(changes, "+.1f")
     spread = f" ({over} % over the fits of the combustor)" if " to " in over else ""
     return f"NOx changes by {changes[0]:+.1f} %{spread}; its level is indicative."
+
+
+def _alone(variant: Comparison) -> str:
+    """What a variable saves without the other one."""
+    best = foremost_saving(variant)
+    if best is None:
+        return ""
+    name, saved = best
+    percent = number(100.0 * saved.fuel / float(saved.base.sum()), ".1f")
+    what = {"speed": "rotor speed"}.get(variant.provenance["variables"], variant.provenance["variables"])
+    return f"By itself, {what} saves {percent} % ({label(name)})."
 
 
 def foremost_flyable(comparison: Comparison) -> str:
