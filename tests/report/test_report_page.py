@@ -74,13 +74,19 @@ def test_nothing_but_nominal_saves_nothing(comparison, broken):
     alone = only(comparison, "nominal")
     alone = replace(alone, trajectory=None)
     words = summary_sentences(alone)
-    assert len(words) == 1 and "only nominal was flown" in words[0] and not isinstance(words[0], Bad)
+    assert len(words) == 1 and "Only the nominal schedule was flown" in words[0] and not isinstance(words[0], Bad)
     assert saving_figure(alone) is None and saving_rows(alone) == []
     assert 'id="saving"' not in page(alone) and 'id="physics"' in page(alone)
     failed = only(broken, "nominal", "trajectory")
     assert isinstance(summary_sentences(failed)[-1], Bad) and "nothing is saved" in summary_sentences(failed)[-1]
     assert saving_figure(failed) is None and saving_rows(failed)[0][1:] == ("-",) * (len(SAVING_HEADINGS) - 1)
     assert 'id="saving"' in page(failed)
+    base = comparison.results["nominal"]
+    unsolved = replace(base.physics, success=False, fuel=np.nan, shaft_power=None, message="no physics at 3 s (hover)")
+    lost = replace(comparison, results={**comparison.results, "nominal": replace(base, physics=unsolved)})
+    words = summary_sentences(lost)
+    assert "no physics at 3 s" in words[0] and words[1].startswith("Nothing to compare with") and len(words) == 2
+    assert 'id="saving"' in page(lost)
 
 
 # -- where the saving comes from ---------------------------------------------------------------------------------------

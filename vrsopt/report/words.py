@@ -37,16 +37,23 @@ def summary_sentences(comparison: Comparison) -> list[str]:
     found = [*map(Bad, failures(comparison))]
     best = foremost_saving(comparison)
     if best is None:
-        names = [name for name in comparison.results if name != "nominal"]
-        nothing = "no schedule but the nominal one is flyable: nothing is saved" if names else "only nominal was flown"
-        base = comparison.results["nominal"]
-        words = f"{title(comparison)}: {nothing}; nominal burns {base.physics.fuel:.2f} kg on the physics."
-        return [*found, Bad(words) if names else words]
+        return [*found, _nothing(comparison)]
     name, saved = best
     result = comparison.results[name]
     texts = [_what(comparison, name, saved), _why(saved), _where(comparison, saved), _held(comparison, name)]
     texts += [_checked(result), _nox(result), *map(_alone, comparison.variants.values())]
     return [*found, *filter(None, texts)]
+
+
+def _nothing(comparison: Comparison) -> str:
+    """Why there is no saving to tell."""
+    fuel = comparison.results["nominal"].physics.fuel
+    if not math.isfinite(fuel):
+        return Bad("Nothing to compare with: the nominal schedule was not solved on the physics.")
+    burned = f"nominal burns {fuel:.2f} kg on the physics."
+    if len(comparison.results) == 1:
+        return f"Only the nominal schedule was flown: {burned}"
+    return Bad(f"No schedule but the nominal one is flyable, nothing is saved: {burned}")
 
 
 def failures(comparison: Comparison) -> list[str]:
