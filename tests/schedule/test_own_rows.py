@@ -174,7 +174,7 @@ def test_constraints_of_nothing_free_hold_or_are_named(trip, make_model):
 
 def test_a_cost_starts_with_the_multipliers_of_its_own_solution(trip, make_model):
     nox = Additions(cost={"nox": 1.0})
-    problem = TrajectoryProblem(trip, make_model(), settings=FREE, additions=nox)
+    problem = TrajectoryProblem(trip, make_model(), settings=FREE, additions=nox, ipopt={"tol": 1e-8})
     first = problem.solve(MASS)
     again = problem.solve(MASS, first)
     assert again.success and again.iterations <= 5 < first.iterations

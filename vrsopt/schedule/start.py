@@ -15,9 +15,9 @@ from vrsopt.schedule.schedule import Schedule, ScheduleSettings
 FUEL_SWEEPS = 3
 ASIDE = 0.02  # of rotor speed and twist
 AWAY = 1e-5  # of an unknown's scale: farther from its bound a start does not feel it
-# Options of IPOPT. Each barrier problem is solved to this factor times its parameter, three times IPOPT's own: Newton's
-# method can go round in circles at an early one that nobody needs.
-BARRIER = {"barrier_tol_factor": 30.0}
+# Options of IPOPT. Newton's method can go round in circles at an early barrier problem that nobody needs: it is solved
+# to three times IPOPT's own factor, and a step has to be better by more to be taken.
+BARRIER = {"barrier_tol_factor": 30.0, "gamma_phi": 1e-3, "gamma_theta": 1e-3}
 # Cold: a tenth of its own, as the unknowns are of order one and the objective per interval is not.
 COLD = {**BARRIER, "mu_init": 1e-2}
 # Warm: at the end of the central path, with the multipliers known there is no need to walk it again; where they lead
