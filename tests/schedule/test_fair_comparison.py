@@ -1,5 +1,6 @@
 """Schedules that tell apart what is saved by what: set once, changed in flight, by the rotor, by the engine."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,11 +8,13 @@ import pytest
 
 from vrsopt.errors import InputError
 from vrsopt.mission.file import read_mission
+from vrsopt.report.tables import verdict
 from vrsopt.schedule import common_flights
 from vrsopt.schedule.compare import solve
 from vrsopt.schedule.refly import FlightGrid
 from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.verify import PhysicsFlight
+from vrsopt.schedule.violation import Stay, Violation
 from vrsopt.surrogate import store
 
 HOP = Path(__file__).parents[1] / "hop.toml"
@@ -94,3 +97,19 @@ def test_what_can_not_be_compared_is_refused(options, message):
     with pytest.raises(InputError) as error:
         solve(HOP, **options)
     assert message in str(error.value)
+
+
+def test_limits_of_a_corrected_schedule_count_on_the_physics(compared):
+    result = compared.results["trajectory"]
+    broken = Violation("tail rotor loading", "climb", 30.0, 0.005)
+    flight = replace(result.flight, success=False, violations=(broken,), message=f"infeasible: {broken}")
+    plain, corrected = (replace(result, flight=flight, corrected=is_it) for is_it in (False, True))
+    assert not plain.success and verdict(plain) == f"infeasible: {broken}"
+    assert corrected.success and verdict(corrected) == "flyable"
+    assert corrected.message == f"on the surrogate alone: infeasible: {broken}"
+    for wrong in (
+        replace(corrected, schedule=replace(result.schedule, success=False)),
+        replace(corrected, physics=replace(result.physics, success=False, message="stalled")),
+        replace(corrected, flight=replace(flight, violations=(Stay("87 to 95 %", "climb", 30.0, 1.0, 9.0, 4.0),))),
+    ):
+        assert not wrong.success and verdict(wrong) != "flyable"

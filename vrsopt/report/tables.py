@@ -85,7 +85,7 @@ def verdict(result: ScheduleResult) -> str:
     if result.success:
         return "flyable"
     # only of the flight that failed: the other one may have something cheerful to say
-    failed = [flight.message for flight in (result.flight, result.physics) if not flight.success]
+    failed = [flight.message for flight in result.failed]
     message = "; ".join(dict.fromkeys(filter(None, failed)))
     if message.startswith("infeasible"):
         return message

@@ -61,6 +61,7 @@ def fly_all(
                 energy=rotor_energy(setups[name].grid, flights[name]),
                 active=active_limits(setups[name].grid, flights[name], settings),
                 reliance=reliance(setups[name].make, decisions, setups[name].grid, flights[name]),
+                corrected=name == "consistent",
             )
             for name, schedule in schedules.items()
         }
