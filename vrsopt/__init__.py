@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from vrsopt.turboshaft.data import EngineData, load_engine
     from vrsopt.turboshaft.performance import EngineResult, engine
 
-__version__ = "0.6.0"
+__version__ = "0.7.0"
 
 __all__ = [
     "Aircraft",
