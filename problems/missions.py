@@ -6,6 +6,7 @@ Run: python problems/missions.py (about twenty minutes on two cores)
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ MARKER = "<!-- tables: everything below is written by problems/missions.py -->"
 NAMES = ("patm", "lem", "sarm")
 PICTURES = ("flight_path", "mission_profile", "schedules")
 ALL = ("nominal", "constant", "pointwise", "prescribed", "trajectory", "consistent", "variable_transmission")
+SHOWN = ("nominal", "constant", "pointwise", "trajectory")  # in the figures
 STEPS = (0.5, 2.0)  # s, beside the 1 s of the comparison
 WEATHERS = {
     "ISA +20 K": {"isa_offset_k": 20.0},
@@ -182,15 +184,21 @@ def weather_table(missions: dict[str, Mission]) -> Iterator[str]:
     )
 
 
+def draw(name: str, comparison: Comparison) -> None:
+    """Figures of a mission, with so many of the schedules as can be told apart."""
+    shown = replace(comparison, results={one: comparison.results[one] for one in SHOWN})
+    drawn = figures(shown)
+    for picture in PICTURES:
+        (HERE / "figures" / f"{name}_{picture}.png").write_bytes(png(drawn[picture]))
+
+
 def main() -> None:
     """Solve, draw, write."""
     missions = {name: read_mission(HERE / f"{name}.toml") for name in NAMES}
     results = {}
     for name, mission in missions.items():
         results[name] = vrsopt.solve(mission, schedules=ALL)
-        drawn = figures(results[name])
-        for picture in PICTURES:
-            (HERE / "figures" / f"{name}_{picture}.png").write_bytes(png(drawn[picture]))
+        draw(name, results[name])
         print(results[name].summary()["schedules"]["trajectory"]["fuel_delta_percent"], flush=True)
     lines = ["", "## Missions", "", *overview(results), "## Schedules", "", *schedule_table(results)]
     lines += ["## What saves what", "", *contribution_table(results)]
