@@ -48,6 +48,16 @@ def test_batched_minimum_is_the_minimum_of_a_fine_enumeration(nodes):
     assert np.all(optima.excess <= 1e-8)
 
 
+def test_nsga2_ends_at_the_least_breach_where_nothing_is_allowed(transport, make_model):
+    grid = FlightGrid(transport, make_model(torque_limit=2500.0), step=120.0)
+    hover = np.flatnonzero(~grid.conditions.idle)[:1]
+    model, mass = grid.model.nodes(hover), np.array([2200.0])
+    box = SETTINGS.box(model.bounds)
+    found, _ = genetic_minimum(model, mass, box=box, options=GeneticOptions(most_generations=60))
+    least = batched_minimum(model, mass, box=box).excess
+    assert 0.0 < least[0] <= found.excess[0] < 1.02 * least[0]
+
+
 @pytest.mark.slow
 def test_nsga2_finds_the_optimum_of_the_nested_grids(nodes):
     model, mass = nodes[0].nodes(FEW), nodes[1][FEW]

@@ -135,9 +135,10 @@ def _search(
         problem = _NodeProblem(model.nodes(np.array([k])), float(mass[k]), box, bands)
         settled = _Settled(options)
         algorithm = NSGA2(pop_size=POPULATION_PER_VARIABLE * problem.n_var)
-        result = minimize(
+        minimize(
             problem, algorithm, settled, seed=options.seed + int(name), copy_algorithm=False, copy_termination=False
         )
-        found[k, :2] = problem.point(np.atleast_2d(result.opt[0].X))[0]
+        best = algorithm.opt[0]  # of least breach where nothing keeps the limits
+        found[k, :2] = problem.point(np.atleast_2d(best.X))[0]
         found[k, 2] = len(settled.history)
     return found
