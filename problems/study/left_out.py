@@ -30,8 +30,8 @@ def run(designs: Mapping[str, Path] = DESIGNS) -> Finding:
             f"squared exponential {own.mean_abs_error_percent:.3f} % and {own.pearson_percent:.3f} %."
         )
     sentences.append(
-        f"The study reports {PUBLISHED[0]} % and {PUBLISHED[1]} %, over points from its own, closed codes; its error is "
-        "put among the means here although it is called RMS in one place."
+        f"The study reports {PUBLISHED[0]} % and {PUBLISHED[1]} %, over points from its own, closed codes; its error "
+        "is put among the means here although it is called RMS in one place."
     )
     head = ("variables", "correlation", "points", "number", *FIGURES)
     return Finding("Leave-one-out", sentences, Table(head, rows), {"leave_one_out": draw(flyable(found))})
