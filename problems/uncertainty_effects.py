@@ -17,6 +17,18 @@ WORDS = {
 }
 
 
+GROUPS = {  # by the start of the path, the first that fits
+    "blade_loading_limit.manoeuvre_margin": "manoeuvre margin",
+    "blade_loading_limit": "blade-loading limit",
+    "engine.power_turbine": "power turbine",
+    "engine": "other parts of the engine",
+    "section": "section: lift and drag",
+    "main_rotor.section_drag_level": "section: lift and drag",
+    "flight": "gross mass",
+    "": "other parts of rotors and airframe",
+}
+
+
 @dataclass(frozen=True)
 class Effect:
     """Change of a quantity against the reference at both ends of one number's range, by mission; nan unsolved."""
@@ -55,6 +67,15 @@ def effects(content: Mapping[str, Any], quantity: str) -> list[Effect]:
 def added(found: Sequence[Effect], mission: str) -> float:
     """Standard deviation of the sum of independent effects."""
     return float(np.sqrt(np.nansum([effect.deviation(mission) ** 2 for effect in found])))
+
+
+def shares(found: Sequence[Effect], mission: str) -> dict[str, float]:
+    """Share of each group of numbers in the variance of the sum of independent effects."""
+    parts = dict.fromkeys(GROUPS.values(), 0.0)
+    for effect in found:
+        group = next(group for start, group in GROUPS.items() if effect.path.startswith(start))
+        parts[group] += float(np.nan_to_num(effect.deviation(mission))) ** 2
+    return {group: part / sum(parts.values()) for group, part in parts.items()}
 
 
 def label(path: str) -> str:

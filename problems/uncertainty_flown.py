@@ -30,11 +30,13 @@ PERCENT = 100.0
 
 @dataclass(frozen=True)
 class Job:
-    """One case by name: a variant of the data files, and other values by path."""
+    """One case by name: a variant of the data files, and other values by path; ``held``: a manoeuvre margin with which
+    all flights are optimised once more."""
 
     key: str
     values: Mapping[str, float] = field(default_factory=dict)
     variant: str = ""
+    held: float | None = None
 
     @property
     def case(self) -> Case:
@@ -50,12 +52,13 @@ def flown(job: Job, representation: Representation) -> dict[str, Any]:
         case = job.case
         rotor = case.aircraft.main_rotor
         row["constants"] = [rotor.induced_power_factor, rotor.section_drag_level, case.aircraft.fuselage.parasite_area]
-        found = _optima(case, representation, _starts(representation))
+        starts = _starts(representation)
+        found = _optima(_optimiser(case), case, representation, starts)
+        row["flights"], row["whole"] = _plain(found), sum(one.trims is None for one in found)
+        if job.held is not None:
+            again = _optima(_optimiser(case, job.held), case, representation, starts)
+            row["flights_held"], found = _plain(again), found + again
         row["message"] = "; ".join(one.message for one in found if one.message)
-        row["flights"] = [
-            [one.nominal, one.least, one.rotor_speed, math.degrees(one.twist), list(one.active)] for one in found
-        ]
-        row["whole"] = sum(one.trims is None for one in found)
         row["idle"] = {name: _idle(case, place[1]) for name, place in representation.idle.items()}
     except (InputError, NoSolutionError) as error:
         row["message"] = str(error)
@@ -77,24 +80,33 @@ def _flights(case: Case, representation: Representation) -> Iterator[dict[str, f
         yield flight
 
 
-def _optimiser(case: Case) -> Optimiser:
-    margin = case.aircraft.blade_loading_limit.manoeuvre_margin
-    return Optimiser(_machine(case), Limits(case.aircraft, case.engine, manoeuvre_margin=margin))
+def _optimiser(case: Case, margin: float | None = None) -> Optimiser:
+    """With a manoeuvre ``margin`` other than the aircraft's, if given."""
+    own = case.aircraft.blade_loading_limit.manoeuvre_margin if margin is None else margin
+    return Optimiser(_machine(case), Limits(case.aircraft, case.engine, manoeuvre_margin=own))
 
 
-def _optima(case: Case, representation: Representation, starts: Sequence[Optimum] | None) -> list[Optimum]:
+def _optima(
+    optimiser: Optimiser, case: Case, representation: Representation, starts: Sequence[Optimum] | None
+) -> list[Optimum]:
     """Of all flights. ``starts``: those of another case; without them the result is the same, and takes longer."""
-    optimiser, found = _optimiser(case), []
+    found = []
     for k, flight in enumerate(_flights(case, representation)):
         twist, trims = (starts[k].twist, starts[k].trims) if starts else (flight["twist"], None)
         found.append(optimiser.solve(flight, twist, trims))
     return found
 
 
+def _plain(found: Sequence[Optimum]) -> list[list[Any]]:
+    """For JSON; the twist in degrees."""
+    return [[one.nominal, one.least, one.rotor_speed, math.degrees(one.twist), list(one.active)] for one in found]
+
+
 def disagreement(job: Job, representation: Representation) -> float:
     """Largest relative difference of least fuel between the few trims and the whole problem, over all flights."""
     case = job.case
-    optimiser, found = _optimiser(case), _optima(case, representation, None)
+    optimiser = _optimiser(case)
+    found = _optima(optimiser, case, representation, None)
     whole = [optimiser.searched(flight) for flight in _flights(case, representation)]
     if any(one.message for one in whole):
         raise NoSolutionError("; ".join(one.message for one in whole if one.message))
@@ -108,7 +120,8 @@ def _starts(representation: Representation) -> list[Optimum]:
     """Optima of the shipped aircraft, once for each process."""
     mark = fingerprint(representation)
     if mark not in _STARTS:
-        _STARTS[mark] = _optima(Case.shipped(), representation, None)
+        case = Case.shipped()
+        _STARTS[mark] = _optima(_optimiser(case), case, representation, None)
     return _STARTS[mark]
 
 
@@ -142,19 +155,19 @@ class Outcome:
     active: Mapping[str, float]
 
 
-def outcome(row: Mapping[str, Any], representation: Representation, mission: str) -> Outcome:
-    """Of a row without a message."""
+def outcome(row: Mapping[str, Any], representation: Representation, mission: str, flights: str = "flights") -> Outcome:
+    """Of a row without a message, its ``flights`` or "flights_held"."""
     weights = representation.weights[mission]
-    nominal, least, speed, twist = np.array([one[:4] for one in row["flights"]], dtype=float).T
+    nominal, least, speed, twist = np.array([one[:4] for one in row[flights]], dtype=float).T
     idle = representation.idle[mission][0] * row["idle"][mission]
-    names = sorted({name for one in row["flights"] for name in one[4]})
+    names = sorted({name for one in row[flights] for name in one[4]})
     share, least = weights / weights.sum(), representation.carried[mission] * least
     return Outcome(
         saving=PERCENT * float(1.0 - (weights @ least + idle) / (weights @ nominal + idle)),
         rotor_speed=PERCENT * float(share @ speed),
         twist=float(share @ twist),
         nominal=float(weights @ nominal + idle),
-        active={name: PERCENT * float(share @ [name in one[4] for one in row["flights"]]) for name in names},
+        active={name: PERCENT * float(share @ [name in one[4] for one in row[flights]]) for name in names},
     )
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from calibrate_rotor import allowed_range
 from page_table import table
-from uncertainty_effects import Effect, added, effects, label
+from uncertainty_effects import Effect, added, effects, label, shares
 from uncertainty_figures import draw
-from uncertainty_numbers import LEFT_OUT, OWN_RANGES
+from uncertainty_method import method
 
 from vrsopt.aircraft import load_aircraft
 
@@ -45,12 +45,14 @@ def shifted(content: Mapping[str, Any], kind: str, mission: str) -> list[float]:
 def answer(content: Mapping[str, Any]) -> Iterator[str]:
     """The bands."""
     samples, held = content["samples"], content["margin_held"]
+    count = len(next(iter(samples["values"]["saving"].values())))
     yield "## The answer"
     yield ""
     yield (
-        f"Saving of fuel of each mission's trajectory on the physics, and what 90 % of {len(samples['keys'])} samples "
-        "lie within (5th, 50th and 95th percentile): with all numbers drawn, and with the manoeuvre margin held at "
-        "1.3, which is a rule of operation rather than a property of the aircraft."
+        f"Saving of fuel of each mission's trajectory on the physics, and what 90 % of {count} samples lie within "
+        f"(5th, 50th and 95th percentile; {content['flown']} were flown, the others follow from a response): with all "
+        "numbers drawn, and with the manoeuvre margin held at 1.3, which is a rule of operation rather than a property "
+        "of the aircraft."
     )
     yield ""
     rows = []
@@ -108,6 +110,21 @@ def tornado(content: Mapping[str, Any], found: Mapping[str, Sequence[Effect]]) -
         "rests on limits, which the other numbers hardly enter."
     )
     yield ""
+    lift = next((effect for effect in saving if effect.path == "section.largest_lift"), None)
+    if lift and min(lift.low.values()) > 0.0 > max(lift.high.values()):
+        yield (
+            "Less largest lift saves more, not less: its stall takes power at the cruise point that calibration takes "
+            "off the parasite area, and the blade-loading limit is left as it is."
+        )
+    yield ""
+    yield "Shares of the variance of the saving, were the effects to add up, %:"
+    yield ""
+    by_mission = {name: shares(saving, name) for name in missions}
+    groups = sorted(by_mission[missions[0]], key=lambda group: -sum(one[group] for one in by_mission.values()))
+    yield from table(
+        ("", *(name.upper() for name in missions)),
+        ([group, *(f"{100.0 * by_mission[name][group]:.0f}" for name in missions)] for group in groups),
+    )
     for quantity in found:
         yield f"![Tornado](figures/uncertainty_{quantity}.png)"
     yield ""
@@ -156,7 +173,7 @@ def others(content: Mapping[str, Any]) -> Iterator[str]:
         rows.append([name.replace("_", " "), *cells])
     header = [f"{what} {mission.upper()}" for what in ("saving", "rotor speed") for mission in reference]
     yield from table(("variant", *header), rows)
-    constants = np.array(content["samples"]["constants"])
+    constants = np.array(content["constants"])
     aircraft = load_aircraft()
     text = []
     for k, name in enumerate(SOLVED):
@@ -168,121 +185,8 @@ def others(content: Mapping[str, Any]) -> Iterator[str]:
             f"{name.replace('_', ' ')} {constants[:, k].min():.3f} to {constants[:, k].max():.3f}, in {outside} of "
             f"{len(constants)} outside its own range of {allowed[0]:g} to {allowed[1]:g}"
         )
-    yield f"What calibration gives in the samples: {'; '.join(text)}. Samples outside are kept."
+    yield f"What calibration gives in the samples that were flown: {'; '.join(text)}. Samples outside are kept."
     yield ""
-
-
-def method(content: Mapping[str, Any]) -> Iterator[str]:
-    """How it was computed and how far that can be trusted."""
-    representation, schedules = content["representation"], content["schedules"]
-    flights = representation["flights"]
-    yield "## How"
-    yield ""
-    yield (
-        f"{len(flights)} flights out of the missions stand for all three, each mission with weights of its own: a "
-        "quadrature that integrates nominal fuel, least fuel and rotor speed of least fuel, on the surrogate, for five "
-        "masses and margins, time on the limits and speed (`uncertainty_points.py`). Idle on the ground is added, and "
-        "the optimum carries the fuel that it has not burned. Rates of the actuators are not part of it: the band of "
-        "the trajectory is that of the optimum shifted by the difference of the two on the shipped numbers."
-    )
-    yield ""
-    rows = []
-    for name, reference in content["reference"].items():
-        error = 100.0 * representation["largest_fuel_error"][name]
-        pairs = np.array(content["check"][name])
-        rows.append(
-            [
-                name.upper(),
-                f"{reference['saving']:.2f}",
-                f"{schedules[name]['pointwise']:.2f}",
-                f"{schedules[name]['trajectory']:.2f}",
-                f"{error:.3f}",
-                ", ".join(f"{few:+.2f} ({many:+.2f})" for many, few in pairs),
-                f"{np.max(np.abs(pairs[:, 0] - pairs[:, 1])):.2f}",
-            ]
-        )
-    yield from table(
-        (
-            "mission",
-            "saving of the few flights %",
-            "pointwise schedule on the physics %",
-            "trajectory %",
-            "largest error of a fuel integral %",
-            "change of the saving in samples (in 24 flights)",
-            "largest difference",
-        ),
-        rows,
-    )
-    yield from _response(content["margin_held"])
-    yield "The flights, and for how many seconds each stands:"
-    yield ""
-    weights = representation["weights_s"]
-    yield from table(
-        ("mass kg", "altitude m", "speed m/s", "climb deg", "vertical m/s", "load factor", "skids over ground m")
-        + tuple(name.upper() for name in weights),
-        (
-            [
-                f"{one['mass']:.0f}",
-                f"{one['altitude']:.0f}",
-                f"{one['speed']:.1f}",
-                f"{np.degrees(one['climb_angle']):+.1f}",
-                f"{one['vertical_speed']:+.1f}",
-                f"{one['load_factor']:.2f}",
-                "-" if one["height"] < 0 else f"{one['height']:.0f}",
-                *(f"{row[k]:.0f}" for row in weights.values()),
-            ]
-            for k, one in enumerate(flights)
-        ),
-    )
-    yield (
-        "Optima are found by a few trims where the rotor turns as slowly as the limits allow, and else by IPOPT with "
-        "trim and engine as constraints (`uncertainty_optimum.py`, `vrsopt.point_optimum`). On the shipped aircraft "
-        f"and {len(next(iter(content['check'].values())))} samples both ways were taken: least fuel flows differ by at "
-        f"most {100.0 * content['disagreement']:.4f} %."
-    )
-    yield ""
-    samples = content["samples"]
-    unsolved = samples["unsolved"]
-    yield (
-        f"{len(content['numbers'])} numbers, independent and uniform over their ranges, Latin hypercube, seed "
-        f"{content['seed']}. {len(samples['keys'])} samples solved, {len(unsolved)} not"
-        + (f": {'; '.join(sorted({one['message'] for one in unsolved}))}." if unsolved else ".")
-    )
-    own = ", ".join(f"{label(path)} {low:g} to {high:g}" for path, (low, high) in OWN_RANGES.items())
-    yield (
-        f"Ranges that no data file has, as factors: {own}. The section's are set beside the constants of NACA 0012, "
-        "which have 3 to 17 % less largest lift at Mach 0.3 to 0.5 and 1.4 times the growth of drag with lift; the "
-        "masses are those of the missions, which are assumptions."
-    )
-    yield "Left out:"
-    yield ""
-    for path, reason in LEFT_OUT.items():
-        yield f"- {label(path).rstrip(': ')}: {reason}"
-    yield ""
-    versions = ", ".join(f"{name} {value}" for name, value in content["versions"].items())
-    yield f"Written by `python problems/uncertainty.py`; all figures are in `uncertainty.json`. {versions}."
-
-
-def _response(held: Mapping[str, Any]) -> Iterator[str]:
-    """How good the samples with the margin held are."""
-    left = [value for value in held["left_out"]["saving"].values()]
-    pairs = np.array([pair for row in held["flown_again"]["saving"].values() for pair in row])
-    speeds = np.array([pair for row in held["flown_again"]["rotor_speed"].values() for pair in row])
-    count = len(next(iter(held["flown_again"]["saving"].values())))
-    yield (
-        "With the margin held the samples were not all flown again: each is changed by what a response says, the "
-        "parabolas of the tornado and products of the numbers that matter most, fitted to the samples "
-        f"(`uncertainty_response.py`). Left out of the fit, a sample's saving is missed by {min(left):.2f} to "
-        f"{max(left):.2f} points (root mean square, by mission). {count} samples were flown again with the margin "
-        f"held: the saving is met within {_rms(pairs):.2f} points and the rotor speed within {_rms(speeds):.2f} (root "
-        f"mean square), at worst {np.max(np.abs(pairs[:, 0] - pairs[:, 1])):.2f} and "
-        f"{np.max(np.abs(speeds[:, 0] - speeds[:, 1])):.2f}."
-    )
-    yield ""
-
-
-def _rms(pairs: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((pairs[:, 0] - pairs[:, 1]) ** 2)))
 
 
 def _signed(value: float) -> str:

@@ -1,7 +1,7 @@
-"""What the samples would be with one number held: a response made of the tornado and the samples themselves.
+"""Samples that were not flown: a response made of the tornado and of those that were.
 
-Each number contributes the parabola through both ends of its range and the shipped value. What the samples have beyond
-the sum of these is fitted by products of the numbers that matter most, and by a constant.
+Each number contributes the parabola through both ends of its range and the shipped value. What the flown samples have
+beyond the sum of these is fitted by products of the numbers that matter most, and by a constant.
 """
 
 from __future__ import annotations
@@ -69,11 +69,3 @@ def fitted_response(start: Response, values: np.ndarray, found: np.ndarray) -> t
     leverage = np.einsum("ij,ji->i", design, np.linalg.pinv(design))
     fitted = Response(start.low, start.shipped, start.high, start.effects, start.reference, pairs, factors)
     return fitted, (left - design @ factors) / (1.0 - leverage)
-
-
-def held(fitted: Response, values: np.ndarray, found: np.ndarray, place: int) -> np.ndarray:
-    """What the samples would have found with the number at ``place`` as shipped: each changed by what the response
-    says."""
-    kept = values.copy()
-    kept[:, place] = fitted.shipped[place]
-    return np.asarray(found + fitted(kept) - fitted(values))
