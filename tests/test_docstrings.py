@@ -18,6 +18,7 @@ from pydantic import BaseModel
 
 import vrsopt
 
+pytestmark = pytest.mark.slow
 MODULES = [name for _, name, _ in pkgutil.walk_packages(vrsopt.__path__, "vrsopt.") if not name.endswith("__main__")]
 # Names that mean the same everywhere, from the package's docstring: ``name`` (meaning [unit])
 GLOSSARY = dict(re.findall(r"``(\w+)``\s\(([^)]*)\)", vrsopt.__doc__))

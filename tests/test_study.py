@@ -13,6 +13,7 @@ from problems.study.finding import FIGURES, RESULTS, Finding, Table, save
 from problems.study.page import page
 from vrsopt.report.style import new_figure
 
+pytestmark = pytest.mark.slow
 HOP = "tests/hop.toml"
 
 
