@@ -166,7 +166,7 @@ class _Search:
         flown = self.truth.fly(self.problem, held.schedule, self.takeoff_mass)
         model = self._coefficients(flown)
         before = self.optimality(held, flown, model)
-        region, message = np.array(options.region), ""
+        region, message, everywhere = np.array(options.region), "", False
         history = [self._step(held, flown, held.schedule, region, kept=True)]
         while len(history) < options.most_solves:
             corridor = self.trusted.around(held.schedule, region)
@@ -186,9 +186,13 @@ class _Search:
             if better:
                 agree = abs(trial.fuel / tried.fuel - 1.0) < options.gap
                 held, flown = trial, tried
+                model = self._coefficients(flown, everywhere=everywhere)
                 if settled and agree and step.excess <= ON_LIMIT:
-                    break
-                model = self._coefficients(flown)
+                    if self.optimality(held, flown, model).at_stake <= options.at_stake * flown.fuel:
+                        break
+            elif not everywhere:  # slopes between nodes may have promised what is not there
+                everywhere, model = True, self._coefficients(flown, everywhere=True)
+                continue
             elif settled:  # the schedule that is held can not be told from a better one, if the region let the step end
                 if promised > LEFT_OPEN * flown.fuel and np.any(moved > AT_ITS_EDGE * region):
                     message = f"not settled after {len(history)} solves: no room to tell, the region has shrunk"
