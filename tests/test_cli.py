@@ -401,7 +401,7 @@ def test_new_mission_is_read_and_never_overwritten(capsys, tmp_path):
     assert path.read_text() == "mine"
     assert run(capsys, "new", tmp_path / "mine.txt")[2].endswith("mine.txt: a name that ends in .toml\n")
     nowhere = tmp_path / "nowhere" / "mine.toml"
-    assert run(capsys, "new", nowhere)[2] == f"vrsopt: {nowhere}: can not be written: No such file or directory\n"
+    assert run(capsys, "new", nowhere)[2] == f"vrsopt: {nowhere}: can not be written: no folder {nowhere.parent}\n"
 
 
 def test_what_is_misspelled_is_named_with_what_may_be_meant(capsys, tmp_path):

@@ -39,8 +39,8 @@ is)::
 
 Everything here loads when it is first used. What is not here has its place in a module, for instance
 
-``vrsopt.balance``               mass and centre of gravity from crew, payload and fuel ``vrsopt.mission.profile``
-a mission as a flight on a time grid; ``vrsopt.mission.track``: a flown track as a mission
+``vrsopt.balance``               mass and centre of gravity from crew, payload and fuel
+``vrsopt.mission.profile``       a mission as a flight in time; ``vrsopt.mission.track``: a flown track as a mission
 ``vrsopt.schedule.trajectory``   the whole-mission problem itself; ``vrsopt.schedule.tradeoff``: fuel against NOx
 ``vrsopt.surrogate.kriging``     Kriging as a scikit-learn estimator; ``vrsopt.surrogate.export``: as a CasADi function
 ``vrsopt.combustor.emissions``   emissions of an engine at many states; ``vrsopt.foca``: FOCA's estimate

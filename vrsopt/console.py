@@ -202,7 +202,7 @@ def engine_settings(**typed: float | None) -> dict[str, Any]:
 
 
 def broken(comparison: Comparison) -> str:
-    """The first schedule that failed, why, and the names of the others."""
+    """The first schedule that failed, why, and the names of the others, and of those that did not."""
     cases = {"": comparison, **{f" ({name})": case for name, case in comparison.variants.items()}}
     failed = {
         f"{name}{case}": result.message
@@ -212,7 +212,8 @@ def broken(comparison: Comparison) -> str:
     }
     (first, message), *others = failed.items()
     also = f"; also not flyable: {', '.join(name for name, _ in others)}" if others else ""
-    return f"{first}: {message}{also}"
+    flyable = [name for name, result in comparison.results.items() if result.success and name != "nominal"]
+    return f"{first}: {message}{also}" + (f"; flyable: {', '.join(flyable)}" if flyable else "")
 
 
 def converted(field: str, value: float, *, per: float, allowed: tuple[float, float]) -> float:

@@ -49,10 +49,12 @@ def envelope(
     if not low <= 100.0 <= high:
         allowed = "the least and the largest, with 100 between them"
         raise InputError(f"envelope: rotor_speed_percent = {rotor_speed_percent!r}: {allowed}")
+    mass = _numbers("masses", masses)
     check_folder(out)
-    from vrsopt.aircraft import load_aircraft
-    from vrsopt.envelope_map import envelope as mapped
-    from vrsopt.helicopter import ALLOWED
+    with telling("envelope: loading the program", wanted=told(quiet)):
+        from vrsopt.aircraft import load_aircraft
+        from vrsopt.envelope_map import envelope as mapped
+        from vrsopt.helicopter import ALLOWED
 
     nominal = load_aircraft("bo105").main_rotor.nominal_rotor_speed
     bounds = [
@@ -63,7 +65,7 @@ def envelope(
         surrogate,
         variables=variables,  # type: ignore[arg-type]
         points=points,
-        masses=_numbers("masses", masses),
+        masses=mass,
         rotor_speed_bounds=(bounds[0], bounds[1]),
         manoeuvre_margin=manoeuvre_margin,
         isa_offset=isa_offset,

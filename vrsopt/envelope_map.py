@@ -16,9 +16,10 @@ from rich.progress import track
 from threadpoolctl import threadpool_limits
 
 from vrsopt.errors import InputError
-from vrsopt.helicopter import ALLOWED, Helicopter, helicopter
+from vrsopt.helicopter import Helicopter, allowed_ranges, helicopter
 from vrsopt.limits import LIMIT_NAMES, MARGINS, Limits, Setting
 from vrsopt.mission.conditions import Conditions
+from vrsopt.progress import telling
 from vrsopt.schedule.batched import batched_minimum, rotor_speed_band
 from vrsopt.schedule.schedule import ON_LIMIT, ScheduleSettings, Variables
 from vrsopt.schedule.study_input import loaded
@@ -139,7 +140,8 @@ def envelope(
     """
     machine = helicopter(aircraft)
     settings = _settings(machine, rotor_speed_bounds).restricted(variables)
-    _check(points, {"mass": masses, "speed": speeds, "altitude": altitudes}, isa_offset)
+    asked = {"mass": masses, "speed": speeds, "altitude": altitudes}
+    _check(points, asked, isa_offset, allowed_ranges(machine.aircraft))
     check_counts("envelope", workers=(workers, *WORKERS))
     margin = machine.aircraft.blade_loading_limit.manoeuvre_margin if manoeuvre_margin is None else manoeuvre_margin
     if not MARGINS[0] <= margin <= MARGINS[1]:
@@ -155,8 +157,9 @@ def envelope(
     batches = [slice(begin, begin + BATCH) for begin in range(0, len(speed), BATCH)]
     with threadpool_limits(limits=1):
         rules = Limits(machine.aircraft, machine.engine, limits, margin)
-        make = SurrogateAircraft(loaded(surrogate, machine.data_hash), rules, isa_offset=isa_offset)
-        _ = make.plant.emission_table  # what fails should fail at once
+        with telling("envelope: surrogate and table of emissions", wanted=progress):
+            make = SurrogateAircraft(loaded(surrogate, machine.data_hash), rules, isa_offset=isa_offset)
+            _ = make.plant.emission_table  # what fails should fail at once
         search = _Search(make, settings, axes["mass"])
         jobs = (delayed(search.optima)(speed[batch], altitude[batch]) for batch in batches)
         found: Iterable[Any] = Parallel(n_jobs=workers, return_as="generator")(jobs)
@@ -239,17 +242,22 @@ def _settings(machine: Helicopter, bounds: tuple[float, float] | None) -> Schedu
     return settings if bounds is None else replace(settings, rotor_speed_bounds=bounds)
 
 
-def _check(points: int, axes: Mapping[str, Sequence[float]], isa_offset: float) -> None:
+def _check(
+    points: int,
+    axes: Mapping[str, Sequence[float]],
+    isa_offset: float,
+    allowed: Mapping[str, tuple[float, float]],
+) -> None:
     """Raises :class:`InputError` unless each of ``axes`` is ascending and inside what a trim allows."""
     masses = axes["mass"]
     if isinstance(points, bool) or not 4 <= 4 * len(masses) <= points <= MOST_POINTS:
         raise InputError(f"envelope: points = {points}: from 4 at each of {len(masses)} masses to {MOST_POINTS}")
     for name, values in axes.items():
-        low, high = ALLOWED[name]
+        low, high = allowed[name]
         ascending = all(a < b for a, b in pairwise(values))
         if not (ascending and all(low <= value <= high for value in values)):
             raise InputError(f"envelope: {name} = {list(values)}: ascending, from {low:g} to {high:g}")
-    low, high = ALLOWED["isa_offset"]
+    low, high = allowed["isa_offset"]
     if not low <= isa_offset <= high:
         raise InputError(f"envelope: isa_offset = {isa_offset:g}: from {low:g} to {high:g}")
 

@@ -13,6 +13,7 @@ from vrsopt.console import (
     NO_SOLUTION,
     broken,
     check_asked,
+    check_file,
     check_folder,
     complain,
     given,
@@ -33,6 +34,7 @@ def new(
 
     Every key is explained, with its unit and what is allowed. It can be solved as it is; a file is never overwritten.
     """
+    check_file(mission)
     from vrsopt.mission.template import write_template
 
     write_template(mission)
@@ -60,7 +62,8 @@ def solve(
         ),
     ] = None,
     variables: Annotated[
-        str | None, typer.Option(help="What is free: both, speed, twist, or all three cases.", show_default="both")
+        str | None,
+        typer.Option(help="What is free: both, speed, twist, or all: these three cases.", show_default="both"),
     ] = None,
     objective: Annotated[
         str | None,
@@ -142,7 +145,7 @@ def solve(
         Console(width=None if sys.stdout.isatty() else 120).print(summary_table(comparison))
         print_files(out, files, quiet=quiet)
     if not comparison.success:
-        complain(f"{comparison.mission.name}: {broken(comparison)}")
+        complain(f"{comparison.mission.name}: {broken(comparison)}; the results are in {out} all the same")
     return 0 if comparison.success else NO_SOLUTION
 
 

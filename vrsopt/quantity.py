@@ -144,6 +144,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: no such file") from None
     except (IsADirectoryError, PermissionError) as error:
         raise InputError(f"{path}: can not be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a TOML file: its byte {error.start + 1} is no text in UTF-8") from None
     except (ValueError, RecursionError) as error:  # besides syntax: an integer or a nesting beyond all bounds
         raise InputError(f"{path}: not a TOML file: {error}") from None
 

@@ -200,8 +200,9 @@ def test_the_date_line_does_not_matter(flight):
 @pytest.mark.slow
 def test_wind_changes_the_airspeed_and_stays_off_the_ground(flight):
     east = Wind((0.0,), (5.0,), (0.0,))
-    found = track_profile(track_of(record(flight, QUIET)), wind=east).profile
-    grid = found.grid(1.0)
+    windy = track_profile(track_of(record(flight, QUIET)), wind=east)
+    found, grid = windy.profile, windy.profile.grid(1.0)
+    assert not any(note.startswith("without wind") for note in windy.notes)
     assert grid.speed.max() == pytest.approx(45.0, abs=0.6)
     kinds = np.array([segment.kind for segment in found.segments])[grid.segment]
     np.testing.assert_allclose(grid.speed[kinds == "hover"], 5.0)
@@ -211,6 +212,7 @@ def test_wind_changes_the_airspeed_and_stays_off_the_ground(flight):
 def test_a_track_as_a_mission(flight, tmp_path):
     path = write_csv(tmp_path / "patrol.csv", record(flight, QUIET))
     mission = track_mission(path, 2000.0, isa_offset=10.0)
+    assert "without wind, speeds over the ground are taken as airspeeds" in mission.notes
     assert (mission.name, mission.aircraft, mission.takeoff_mass, mission.isa_offset_k) == (
         "patrol",
         "bo105",

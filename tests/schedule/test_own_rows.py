@@ -151,7 +151,7 @@ def test_what_is_not_a_number_is_named(trip, make_model):
         found = TrajectoryProblem(trip, make_model(), settings=FREE, additions=additions).solve(MASS)
         assert not found.success and found.status is Status.NOT_FINITE
         assert f"is infinite or not a number: {named}" in found.message
-    with pytest.raises(InputError, match=r"cost = 3: must depend on one of quantities\(\)"):
+    with pytest.raises(InputError, match=r"objective = 3: must depend on one of quantities\(\)"):
         Additions(cost=3).cost_expression()
 
 

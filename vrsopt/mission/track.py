@@ -119,6 +119,8 @@ def track_profile(
     """
     fixes = cleaned(track)
     notes = [*track.notes, *fixes.notes, "altitudes of the file are taken as pressure altitudes"]
+    if wind == CALM:
+        notes.append("without wind, speeds over the ground are taken as airspeeds")
     smoothing = smoothed(track, fixes, notes, assumed_hover=assumed_hover)
     curve, profile, beyond = _within_the_box(smoothing, isa_offset, wind, notes)
     found = smoothing.stops

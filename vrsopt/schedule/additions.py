@@ -134,13 +134,14 @@ class Additions:
             return None
         if not isinstance(self.cost, Mapping):
             if not _symbols("cost", self.cost):
-                raise InputError(f"additions: cost = {self.cost}: must depend on one of quantities()")
+                raise InputError(f"objective = {self.cost}: must depend on one of quantities()")
             return self.cost
         unknown = sorted(set(self.cost) - set(WEIGHTED))
         if unknown or not self.cost:
-            raise InputError(f"additions: cost = {unknown}: weights must be of {', '.join(WEIGHTED)}")
+            wrong = ", ".join(map(repr, unknown)) or "nothing"
+            raise InputError(f"objective: {wrong}: weights of {', '.join(WEIGHTED)}")
         if not all(map(is_number, self.cost.values())) or not any(self.cost.values()):
-            raise InputError(f"additions: cost = {dict(self.cost)}: weights must be numbers, not all zero")
+            raise InputError(f"objective = {dict(self.cost)}: weights must be numbers, not all zero")
         return sum(weight * quantities()[WEIGHTED[name]] for name, weight in self.cost.items())
 
 
