@@ -224,6 +224,8 @@ def test_notes_on_the_mission_are_in_report_and_summary(comparison, without_figu
     page = Page()
     page.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert page.texts.index(notes[0]) < page.texts.index(notes[1])
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.index('id="flight"') < text.index(notes[1]) < text.index('id="schedules"'), "beside the map"
     write_results(comparison, tmp_path, mission_text=mission_text)
     assert "notes" not in strict((tmp_path / "summary.json").read_text(encoding="utf-8"))
 

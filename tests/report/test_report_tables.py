@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from vrsopt.console import broken as failed_line
 from vrsopt.report.emission_tables import (
     EMISSION_HEADINGS,
     PHASE_HEADINGS,
@@ -82,6 +83,13 @@ def test_phases_add_up_to_the_mission(two_fits):
     assert total[3] == f"{result.fuel_delta_percent:+.2f}" and total[7] == f"{result.changes['nox']:+.2f}"
     assert total[6] == f"{1e3 * result.emissions.total('nox'):.1f} to {1.2e3 * result.emissions.total('nox'):.1f}"
     assert {row[3] for row in phase_rows(two_fits, "nominal")} == {"-"}
+
+
+def test_what_failed_is_named_beside_what_flies(broken):
+    text = failed_line(broken)
+    assert text.startswith("pointwise: torque 4.20 % over its limit at 90 s (cruise to quay)")
+    assert "also not flyable: trajectory" in text
+    assert text.endswith("; flyable: pointwise_rate_limited, prescribed, prescribed_rate_limited")
 
 
 def test_tasks_have_their_share_of_time_distance_and_fuel(comparison):

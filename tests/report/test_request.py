@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -111,8 +112,11 @@ def test_what_can_not_be_repeated_is_refused_in_one_line(result, request_, compl
 
 
 def test_a_complaint_about_the_mission_names_the_result(result):
+    text = HOP.read_text().replace("duration_s = 15.0", "duration_s = -1", 1)
     with pytest.raises(InputError, match=r"^[^ ]*result.nc: hop.toml: tasks\[0\].duration_s = -1"):
-        repeat(rewritten(result, mission_text=HOP.read_text().replace("duration_s = 15.0", "duration_s = -1", 1)))
+        repeat(rewritten(result, mission_text=text, mission_sha256=sha256(text.encode()).hexdigest()))
+    with pytest.raises(InputError, match=r"^[^ ]*result.nc: mission_text: not the one that was flown"):
+        repeat(rewritten(result, mission_text=HOP.read_text() + "\n"))
 
 
 def test_command_line_makes_a_result_again_and_takes_no_other_options(asked_of, result, tmp_path, capsys, monkeypatch):

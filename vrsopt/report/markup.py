@@ -17,9 +17,13 @@ h1, h2, h3 { line-height: 1.2; }
 h2 { border-top: 2px solid #0072b2; padding-top: 0.6rem; margin-top: 2.5rem; }
 a { color: #0072b2; }
 nav ul { columns: 16rem; padding-left: 1.2rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: top;
+.wide { overflow-x: auto; background: linear-gradient(to right, #fff 30%, #fff0) left / 2rem 100%,
+    linear-gradient(to left, #fff 30%, #fff0) right / 2rem 100%,
+    linear-gradient(to right, #0004, #0000) left / 0.8rem 100%,
+    linear-gradient(to left, #0004, #0000) right / 0.8rem 100%;
+  background-attachment: local, local, scroll, scroll; background-repeat: no-repeat; }  /* a shade: it goes on there */
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
+th, td { padding: 0.3rem 0.5rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: top;
   white-space: nowrap; }
 th { vertical-align: bottom; white-space: normal; }
 th:first-child, td:first-child { text-align: left; white-space: normal; min-width: 7rem; }
@@ -30,7 +34,7 @@ summary { cursor: pointer; margin: 0.5rem 0; }
 .lead { font-size: 1.1rem; padding-left: 1.2rem; }
 .bad { color: #a03000; font-weight: 600; }
 figure { margin: 1.5rem 0; }
-img { max-width: 100%; height: auto; }
+img { display: block; max-width: 100%; height: auto; }
 figcaption, .note { color: #555; font-size: 0.9rem; }
 pre { overflow-x: auto; background: #f4f4f4; padding: 1rem; font-size: 0.85rem; }
 @media (max-width: 45rem) {
@@ -47,6 +51,7 @@ pre { overflow-x: auto; background: #f4f4f4; padding: 1rem; font-size: 0.85rem; 
   h2 { margin-top: 1.5rem; }
   figure { margin: 0.7rem 0; }
   .wide, pre { overflow: visible; }
+  .wide { background: none; }
   table { font-size: 7.5pt; width: 100%; }
   th, td { padding: 0.12rem 0.3rem; white-space: normal; }
   th:first-child, td:first-child { min-width: 0; }
@@ -60,6 +65,7 @@ pre { overflow-x: auto; background: #f4f4f4; padding: 1rem; font-size: 0.85rem; 
   a { color: inherit; text-decoration: none; }
 }
 """
+LONG, HEAD, TAIL = 300, 20, 5  # lines: a longer text shows its first and its last ones
 SHORT = 12  # rows: no longer table is kept on one sheet of paper
 MARKS = {"flyable": "verdict", "infeasible": "verdict bad", "failed": "verdict bad"}
 
@@ -144,6 +150,15 @@ def note(text: str) -> str:
 def paragraph(text: str) -> str:
     """A paragraph of plain text."""
     return f"<p>{html.escape(text)}</p>\n"
+
+
+def verbatim(text: str) -> str:
+    """The ``text`` of a file, letter by letter; of more than LONG lines, as of a record of fixes, the two ends."""
+    lines = text.splitlines()
+    if len(lines) > LONG:
+        left_out = f"... {len(lines) - HEAD - TAIL} of {len(lines)} lines, which result.nc has (mission_text) ..."
+        text = "\n".join([*lines[:HEAD], left_out, *lines[-TAIL:]])
+    return f"<pre>{html.escape(text)}</pre>\n"
 
 
 def listed(items: Iterable[str | Bad], *, lead: bool = False) -> str:

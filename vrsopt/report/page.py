@@ -16,7 +16,7 @@ from vrsopt.report.emission_tables import (
     label,
     phase_rows,
 )
-from vrsopt.report.markup import Section, document, folded, listed, note, paragraph, picture, table
+from vrsopt.report.markup import Section, document, folded, listed, note, paragraph, picture, table, verbatim
 from vrsopt.report.physics_tables import (
     PHYSICS_HEADINGS,
     PHYSICS_LEGEND,
@@ -50,6 +50,7 @@ from vrsopt.report.sources import INPUT_HEADINGS, SETTING_HEADINGS, numbers, set
 from vrsopt.report.tables import (
     HEADINGS,
     LEGEND,
+    MEANING,
     TASK_HEADINGS,
     TASK_LEGEND,
     footer,
@@ -100,11 +101,12 @@ def report_page(
     for key, case in comparison.variants.items():
         inner = "".join(one.markup(3) for one in _results(f"{key}-", case, pictures[key]))
         sections.append(Section(key, title(case), inner))
-    rows = [(key.replace("_", " "), str(value)) for key, value in record.items()]
+    # not known may be the fuel aboard: of a flown track only the mass is
+    rows = [(key.replace("_", " "), "-" if str(value) == "nan" else str(value)) for key, value in record.items()]
     sections += [
         Section("inputs", "Inputs and their sources", _inputs(comparison)),
-        Section("mission", "Mission", f"<pre>{html.escape(mission_text)}</pre>\n"),
-        Section("notes", "Notes", listed((*comparison.notes, *footer(comparison)))),
+        Section("mission", "Mission", verbatim(mission_text)),
+        Section("notes", "Notes", listed(footer(comparison))),
         Section("versions", "Versions, hashes and settings of this result", table(("name", "value"), rows, words=(1,))),
     ]
     name = f"{comparison.mission.name}: rotor speed and twist for least fuel"
@@ -116,7 +118,7 @@ def _results(prefix: str, comparison: Comparison, pictures: Pictures) -> list[Se
     parts = {
         "results": ("Results", _summary(comparison) + _figures(pictures, "fuel")),
         "saving": ("Where the saving comes from", _saving(comparison, pictures)),
-        "flight": ("Map and mission", _figures(pictures, "flight_path", "mission_profile")),
+        "flight": ("Map and mission", _flight(comparison, pictures)),
         "schedules": ("Schedules, limits and tasks", _figures(pictures, "schedules") + _accounts(comparison)),
         "emissions": ("Emissions", _emissions(comparison, pictures)),
         "solver": ("How the schedules were found", _solver(comparison)),
@@ -131,7 +133,13 @@ def _figures(pictures: Pictures, *names: str) -> str:
 
 def _summary(comparison: Comparison) -> str:
     rows = [row.cells for row in summary_rows(comparison)]
-    return table(HEADINGS, rows) + note(LEGEND) + "".join(map(paragraph, remarks(comparison)))
+    meaning = "; ".join(f"{label(name)}: {MEANING[name]}" for name in comparison.results)
+    return table(HEADINGS, rows) + note(LEGEND) + note(meaning) + "".join(map(paragraph, remarks(comparison)))
+
+
+def _flight(comparison: Comparison, pictures: Pictures) -> str:
+    """Where it flies, and what was changed or chosen to make the input that."""
+    return _figures(pictures, "flight_path", "mission_profile") + (listed(comparison.notes) if comparison.notes else "")
 
 
 def _saving(comparison: Comparison, pictures: Pictures) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -97,6 +98,8 @@ def repeat(result: Path, *, surrogate: Path | None = None, progress: bool = Fals
         raise InputError(f"{result}: file = {name!r}: a name of a file")
     if not isinstance(text, str):
         raise InputError(f"{result}: mission_text: missing: it was not written by vrsopt solve")
+    if attributes.get("mission_sha256") != hashlib.sha256(text.encode()).hexdigest():
+        raise InputError(f"{result}: mission_text: not the one that was flown: mission_sha256 is that of another")
     if surrogate is not None:
         request = request.model_copy(update={"surrogate": str(surrogate)})
     with tempfile.TemporaryDirectory() as folder:

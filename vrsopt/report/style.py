@@ -46,11 +46,11 @@ SCHEDULE_STYLES: Mapping[str, tuple[str, str, float]] = {
     "nominal": (BLACK, "-", 1.1),
     "nominal_variable_transmission": (GREY, "--", 1.1),
     "constant": (YELLOW, "-", 1.8),
-    "pointwise": (SKY, "-", 2.6),
+    "pointwise": (SKY, "-", 3.4),
     "pointwise_rate_limited": (GREEN, "-", 1.4),
     "prescribed": (PURPLE, "-", 1.4),
     "prescribed_rate_limited": (BLUE, "-", 1.1),
-    "trajectory": (VERMILION, "-", 1.1),
+    "trajectory": (VERMILION, "-", 1.4),
     "consistent": (BLACK, ":", 1.3),
     "trajectory_variable_transmission": (BLUE, "--", 1.1),
 }
@@ -59,7 +59,7 @@ LIMIT_STYLES = ((VERMILION, 1.1), (BLUE, 1.1), (SKY, 2.6), (ORANGE, 1.1), (PURPL
 SMALL, NORMAL = 8, 9  # font sizes
 MINUTE = 60.0
 SAME_TIME = 1e-6  # s
-MANY_SEGMENTS, NARROW = 100, 0.55  # a mission with more segments is drawn over time with lines narrower by this factor
+MANY_SEGMENTS, NARROW = 100, 0.75  # a mission with more segments is drawn over time with lines narrower by this factor
 
 
 @dataclass(frozen=True)

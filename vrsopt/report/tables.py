@@ -26,6 +26,8 @@ from vrsopt.report.emission_tables import (
     number,
     phase_rows,
 )
+from vrsopt.report.saving_band import band_sentence
+from vrsopt.report.saving_tables import SAVING_HEADINGS, SAVING_LEGEND, foremost_saving, saving_rows
 from vrsopt.schedule.advantage import advantage
 from vrsopt.schedule.comparison import SIMPLIFICATIONS
 from vrsopt.schedule.task_summary import KindShare, kind_shares
@@ -59,6 +61,18 @@ LEGEND = (
     "closed: with the take-off mass closed again, so that fuel saved need not be carried; "
     "rate: the largest of the rotor speed; on limit: share of the time on the limit that is active longest"
 )
+MEANING = {  # of the schedules' names
+    "nominal": "constant rotor speed, twist as built",
+    "constant": "the best constant rotor speed and twist",
+    "pointwise": "the best at every moment by itself, which may jump",
+    "pointwise_rate_limited": "the same as fast as the rates allow",
+    "prescribed": "pointwise, with climb and descent of the study's table",
+    "prescribed_rate_limited": "the same as fast as the rates allow",
+    "trajectory": "the best over the whole mission, within the rates",
+    "consistent": "the trajectory, corrected until it is the physics' best",
+    "nominal_variable_transmission": "nominal, with the engines at their own best speed",
+    "trajectory_variable_transmission": "trajectory, with the engines at their own best speed",
+}
 # schedules with the climb and descent of the study's table, and those whose climb and descent the model chose
 PRESCRIBED = {"prescribed": "pointwise", "prescribed_rate_limited": "pointwise_rate_limited"}
 SHOWN_SHARE = 0.05  # per cent of the time: a limit that is active for less is not listed
@@ -181,11 +195,15 @@ def summary_table(comparison: Comparison) -> Group:
         fuel = [row.cells for row in summary_rows(case)]
         shown = foremost(case)
         parts += [_table(title(case), HEADINGS, fuel), Text(""), *(Text(line) for line in remarks(case)), Text("")]
+        if saved := saving_rows(case):
+            parts += [_table("Where the saving comes from, on the physics", SAVING_HEADINGS, saved), Text("")]
+            best = foremost_saving(case)
+            parts += [] if best is None else [Text(band_sentence(case, best[0])), Text("")]
         parts += [_table("Emissions", EMISSION_HEADINGS, emission_rows(case)), Text("")]
         parts += [_table("Rotor energy and what is active", ACCOUNT_HEADINGS, account_rows(case)), Text("")]
         parts += [_table(f"Tasks, {label(shown)}", TASK_HEADINGS, task_rows(case, shown)), Text("")]
         parts += [_table(f"Phases, {label(shown)}", PHASE_HEADINGS, phase_rows(case, shown)), Text("")]
-    legends = (LEGEND, EMISSION_LEGEND, ACCOUNT_LEGEND, TASK_LEGEND, PHASE_LEGEND)
+    legends = (LEGEND, SAVING_LEGEND, EMISSION_LEGEND, ACCOUNT_LEGEND, TASK_LEGEND, PHASE_LEGEND)
     parts += [Text(line) for line in (*(f"{text[0].upper()}{text[1:]}." for text in legends), *footer(comparison))]
     return Group(*parts)
 

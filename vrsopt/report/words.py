@@ -9,6 +9,7 @@ from vrsopt.report.account_tables import active_words
 from vrsopt.report.emission_tables import between, foremost, label, number
 from vrsopt.report.markup import Bad
 from vrsopt.report.physics_tables import largest_usage
+from vrsopt.report.saving_band import band_sentence
 from vrsopt.report.saving_tables import foremost_saving, grouped
 from vrsopt.report.style import task_spans
 from vrsopt.report.tables import title, verdict
@@ -40,8 +41,8 @@ def summary_sentences(comparison: Comparison) -> list[str]:
         return [*found, _nothing(comparison)]
     name, saved = best
     result = comparison.results[name]
-    texts = [_what(comparison, name, saved), _why(saved), _where(comparison, saved), _held(comparison, name)]
-    texts += [_checked(result), _nox(result), *map(_alone, comparison.variants.values())]
+    texts = [_what(comparison, name, saved), band_sentence(comparison, name), _why(saved), _where(comparison, saved)]
+    texts += [_held(comparison, name), _checked(result), _nox(result), *map(_alone, comparison.variants.values())]
     return [*found, *filter(None, texts)]
 
 
@@ -100,7 +101,7 @@ def _where(comparison: Comparison, saved: Saving) -> str:
 
 
 def _held(comparison: Comparison, name: str) -> str:
-    return f"It is held by, in per cent of the time: {active_words(comparison, name)}."
+    return f"Active limits, in per cent of the time: {active_words(comparison, name)}."
 
 
 def _checked(result: ScheduleResult) -> str:
