@@ -32,9 +32,9 @@ def tornado(effects: Sequence[Effect], axis: str) -> Any:
     panels = figure.subplots(1, len(missions), sharex=True, sharey=True)
     places = np.arange(len(effects))[::-1]
     for panel, name in zip(np.ravel(panels), missions, strict=True):
-        for side, colour in (("low", SKY), ("high", ORANGE)):
+        for side, colour, hatch in (("low", SKY, ""), ("high", ORANGE, "////")):
             values = [getattr(effect, side)[name] for effect in effects]
-            panel.barh(places, values, color=colour, height=0.7, label=f"{side} end")
+            panel.barh(places, values, color=colour, hatch=hatch, edgecolor=BLACK, linewidth=0.4, label=f"{side} end")
         panel.axvline(0.0, color=BLACK, linewidth=0.8)
         panel.set_title(name.upper(), fontsize=SMALL)
         panel.set_yticks(places, [label(effect.path) for effect in effects], fontsize=SMALL)
@@ -64,5 +64,6 @@ def bands(content: Mapping[str, Any]) -> Any:
         tidy(panel)
     np.ravel(panels)[0].set_ylabel("% of the samples below", fontsize=SMALL)
     np.ravel(panels)[0].plot([], [], "--", color=BLACK, linewidth=1.3, label="margin held")
+    np.ravel(panels)[0].plot([], [], color=GREY, linewidth=0.7, label="as shipped (upright)")
     np.ravel(panels)[0].legend(fontsize=SMALL, frameon=False)
     return figure

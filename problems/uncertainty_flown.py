@@ -171,25 +171,26 @@ def outcome(row: Mapping[str, Any], representation: Representation, mission: str
     )
 
 
-def fingerprint(representation: Representation) -> str:
-    """Of the flights, the data and the model that a row belongs to."""
-    text = json.dumps([representation.flights, helicopter().data_hash, MODEL_VERSION])
+def fingerprint(representation: Representation, job: Job | None = None) -> str:
+    """Of the flights, the data and the model that a row belongs to, and of what the ``job`` changes."""
+    own = [] if job is None else [dict(job.values), job.variant, job.held]
+    text = json.dumps([representation.flights, helicopter().data_hash, MODEL_VERSION, *own], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def run(jobs: Sequence[Job], representation: Representation, file: Path, workers: int) -> dict[str, dict[str, Any]]:
     """Rows of all jobs by key. Those in ``file`` are taken from it, the others are written there as they come."""
-    mark = fingerprint(representation)
-    known = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    rows = {row["key"]: row for row in known if row["of"] == mark}
+    marks = {job.key: fingerprint(representation, job) for job in jobs}
+    known = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+    rows = {row["key"]: row for row in known if row["of"] == marks.get(row["key"])}
     wanted = [job for job in jobs if job.key not in rows]
     file.parent.mkdir(parents=True, exist_ok=True)
-    with joblib.parallel_config(backend="loky", inner_max_num_threads=1), file.open("a") as stream:
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1), file.open("a", encoding="utf-8") as stream:
         parallel = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with Progress() as progress:
             task = progress.add_task("cases", total=len(wanted))
             for row in parallel(joblib.delayed(flown)(job, representation) for job in wanted):
-                rows[row["key"]] = row = row | {"of": mark}
+                rows[row["key"]] = row = row | {"of": marks[row["key"]]}
                 stream.write(json.dumps(row) + "\n")
                 stream.flush()
                 progress.advance(task)

@@ -79,7 +79,7 @@ def method(content: Mapping[str, Any]) -> Iterator[str]:
         f"most {100.0 * content['disagreement']:.4f} %."
     )
     yield ""
-    yield from _response(content)
+    yield from _samples(content)
     own = ", ".join(f"{label(path)} {low:g} to {high:g}" for path, (low, high) in OWN_RANGES.items())
     yield (
         f"Ranges that no data file has, as factors: {own}. The section's are set beside the constants of NACA 0012, "
@@ -96,31 +96,15 @@ def method(content: Mapping[str, Any]) -> Iterator[str]:
     yield f"Written by `python problems/uncertainty.py`; all figures are in `uncertainty.json`. {versions}."
 
 
-def _response(content: Mapping[str, Any]) -> Iterator[str]:
-    """What the samples are, and how good those that were not flown."""
-    unsolved, flown = content["unsolved"], content["flown"]
+def _samples(content: Mapping[str, Any]) -> Iterator[str]:
+    """What the samples are."""
+    unsolved = content["unsolved"]
     count = len(next(iter(content["samples"]["values"]["saving"].values())))
-    left = list(content["left_out"]["saving"].values())
-    speeds = list(content["left_out"]["rotor_speed"].values())
-    again, turned = (
-        np.array([pair for row in content["flown_again"][quantity].values() for pair in row])
-        for quantity in ("saving", "rotor_speed")
-    )
-    twice = len(next(iter(content["flown_again"]["saving"].values())))
     yield (
-        f"{len(content['numbers'])} numbers, independent and uniform over their ranges: {count} samples by Latin "
-        f"hypercube, seed {content['seed']}. The first {flown + len(unsolved)} were flown, each with all optima of its "
-        f"own, {len(unsolved)} without a solution"
+        f"{len(content['numbers'])} numbers, independent and uniform over their ranges: {count + len(unsolved)} "
+        f"samples by Latin hypercube, seed {content['seed']}. All were flown, each with all optima of its own, with "
+        f"the margin drawn and with the shipped one; {len(unsolved)} without a solution"
         + (f" ({'; '.join(sorted({one['message'] for one in unsolved}))})" if unsolved else "")
-        + ". The others follow from a response (`uncertainty_response.py`): the parabolas of the tornado, and products "
-        "of the numbers that matter most, fitted to the flown ones. Left out of the fit, a flown sample is missed by "
-        f"{min(left):.2f} to {max(left):.2f} points of saving (root mean square, by mission) and {min(speeds):.2f} to "
-        f"{max(speeds):.2f} of rotor speed. {twice} were flown again with the margin held: what the response makes of "
-        f"the same samples misses them by {_rms(again):.2f} points of saving and {_rms(turned):.2f} of rotor speed, at "
-        f"worst {np.max(np.abs(again[:, 0] - again[:, 1])):.2f} and {np.max(np.abs(turned[:, 0] - turned[:, 1])):.2f}."
+        + "."
     )
     yield ""
-
-
-def _rms(pairs: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((pairs[:, 0] - pairs[:, 1]) ** 2)))

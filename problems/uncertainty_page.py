@@ -50,9 +50,8 @@ def answer(content: Mapping[str, Any]) -> Iterator[str]:
     yield ""
     yield (
         f"Saving of fuel of each mission's trajectory on the physics, and what 90 % of {count} samples lie within "
-        f"(5th, 50th and 95th percentile; {content['flown']} were flown, the others follow from a response): with all "
-        "numbers drawn, and with the manoeuvre margin held at 1.3, which is a rule of operation rather than a property "
-        "of the aircraft."
+        "(5th, 50th and 95th percentile): with all numbers drawn, and with the manoeuvre margin held at 1.3, which is "
+        "a rule of operation rather than a property of the aircraft."
     )
     yield ""
     rows = []
@@ -185,7 +184,7 @@ def others(content: Mapping[str, Any]) -> Iterator[str]:
             f"{name.replace('_', ' ')} {constants[:, k].min():.3f} to {constants[:, k].max():.3f}, in {outside} of "
             f"{len(constants)} outside its own range of {allowed[0]:g} to {allowed[1]:g}"
         )
-    yield f"What calibration gives in the samples that were flown: {'; '.join(text)}. Samples outside are kept."
+    yield f"What calibration gives in the samples: {'; '.join(text)}. Samples outside are kept."
     yield ""
 
 

@@ -25,7 +25,6 @@ try:
     import uncertainty_optimum
     import uncertainty_page
     import uncertainty_points
-    import uncertainty_response
 finally:
     sys.path.remove(str(PROBLEMS))
 
@@ -177,6 +176,18 @@ def test_outcome_of_a_row():
     assert uncertainty_flown.outcome(held, few, "a", "flights_held").rotor_speed == 100.0
 
 
+def test_a_row_belongs_to_what_its_job_changes():
+    few = uncertainty_points.Representation([{}], {"a": np.array([1.0])}, {"a": (0.0, 0.0)}, {"a": 1.0}, {})
+    job = uncertainty_flown.Job("sample 1", {"main_rotor.hub_above_skids": 3.0}, held=1.3)
+    others = [
+        uncertainty_flown.Job("sample 1", {"main_rotor.hub_above_skids": 3.1}, held=1.3),
+        uncertainty_flown.Job("sample 1", job.values),
+        uncertainty_flown.Job("sample 1", job.values, "installed", 1.3),
+    ]
+    marks = [uncertainty_flown.fingerprint(few, one) for one in (job, *others)]
+    assert len(set(marks)) == 4 and marks[0] == uncertainty_flown.fingerprint(few, job)
+
+
 def synthetic():
     """The result of a model whose saving is 10 + 2 a - b², a from -1 to 1, b from 0 to 2, shipped at 0."""
 
@@ -198,30 +209,6 @@ def test_tornado_of_a_known_model():
     assert uncertainty_effects.effects(synthetic(), "rotor_speed")[0].path == "a"
 
 
-def known(x):
-    """Parabolas, and products of those numbers that matter."""
-    return (
-        10.0 + x @ [2.0, -1.5, 1.0, 0.6, 0.5, 0.01] + x[:, 0] ** 2 + 0.7 * x[:, 0] * x[:, 1] - 0.2 * x[:, 1] * x[:, 2]
-    )
-
-
-def test_response_finds_a_known_function():
-    low, high, shipped = np.full(6, -1.0), np.array([1.0, 1.0, 2.0, 1.0, 1.0, 0.5]), np.zeros(6)
-    effects = np.array([[known(end * np.eye(6)[k : k + 1])[0] - 10.0 for end in (low[k], high[k])] for k in range(6)])
-    start = uncertainty_response.Response(low, shipped, high, effects, 10.0)
-    points = low + np.random.default_rng(1).random((60, 6)) * (high - low)
-    fitted, left_out = uncertainty_response.fitted_response(start, points, known(points))
-    assert np.max(np.abs(left_out)) < 1e-9
-    assert fitted(points) == pytest.approx(known(points), abs=1e-9)
-
-
-def test_response_is_a_line_where_the_shipped_value_is_an_end():
-    start = uncertainty_response.Response(
-        np.zeros(1), np.zeros(1), np.array([2.0]), np.array([[0.0, 3.0]]), reference=1.0
-    )
-    assert start.sum(np.array([[0.0], [1.0], [2.0]])) == pytest.approx([1.0, 2.5, 4.0])
-
-
 def test_shares_of_the_variance_add_up():
     found = uncertainty_effects.effects(synthetic(), "saving")
     shares = uncertainty_effects.shares(found, "m")
@@ -233,6 +220,22 @@ def test_band():
     assert uncertainty.band(np.arange(101.0)) == [5.0, 50.0, 95.0]
 
 
+def test_samples_without_a_solution_are_named_and_not_counted():
+    few = uncertainty_points.Representation([{}], {"a": np.array([100.0])}, {"a": (0.0, 0.0)}, {"a": 1.0}, {})
+    rows = [
+        {"key": f"sample {k}", "message": "", "constants": [k], "idle": {"a": 0.0}}
+        | {"flights": [[0.05, 0.05 - 0.001 * k, 0.8, 10.0, []]], "flights_held": [[0.05, 0.04, 0.9, 10.0, []]]}
+        for k in range(3)
+    ]
+    rows.append({"key": "sample 3", "message": "no trim"})
+    found = uncertainty.spread_of(rows, few)
+    assert found["samples"]["values"]["saving"]["a"] == pytest.approx([0.0, 2.0, 4.0])
+    assert found["samples"]["bands"]["saving"]["a"][1] == pytest.approx(2.0)
+    assert found["margin_held"]["values"]["rotor_speed"]["a"] == pytest.approx([90.0] * 3)
+    assert found["unsolved"] == [{"key": "sample 3", "message": "no trim"}]
+    assert found["constants"] == [[0], [1], [2]]
+
+
 def test_the_page_says_what_the_result_file_says():
     content = json.loads((PROBLEMS / "uncertainty.json").read_text(encoding="utf-8"))
     page = (PROBLEMS / "uncertainty.md").read_text(encoding="utf-8")
@@ -242,3 +245,15 @@ def test_the_page_says_what_the_result_file_says():
     assert {one["path"] for one in content["numbers"]} == {number.path for number in VARIED}
     for name, band in content["samples"]["bands"]["saving"].items():
         assert band == uncertainty.band(np.array(content["samples"]["values"]["saving"][name]))
+
+
+def test_headline_of_the_readme_is_that_of_the_study():
+    content = json.loads((PROBLEMS / "uncertainty.json").read_text(encoding="utf-8"))
+    text = " ".join((HERE.parent / "README.md").read_text(encoding="utf-8").split())
+    first, second, third = (content["schedules"][name]["trajectory"] for name in ("sarm", "lem", "patm"))
+    assert f"**{first:.1f} %** less fuel" in text and f"{second:.1f} % less on a police flight" in text
+    assert f"and {third:.1f} % less on an air taxi" in text
+    bands = [uncertainty_page.shifted(content, "samples", name) for name in ("sarm", "lem", "patm")]
+    told = [f"{low:.1f} to {high:.1f} %" for low, _, high in bands]
+    count = len(content["samples"]["values"]["saving"]["sarm"])
+    assert f"90 % of {count} samples lie within {told[0]}, {told[1]} and {told[2]}" in text
