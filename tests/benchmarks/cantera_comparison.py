@@ -12,10 +12,10 @@ import json
 from collections.abc import Callable
 from functools import partial
 
-import cantera as ct
 import numpy as np
 from cantera_reactors import Burnt, Gas, Nitrogen
 from cantera_zones import network
+from made_with import made_with
 
 from vrsopt.combustor.data import ReactorData
 from vrsopt.combustor.network import combustor
@@ -180,7 +180,7 @@ def _rounded(value: object) -> object:
 if __name__ == "__main__":
     engine = load_engine()
     figures = {
-        "cantera": ct.__version__,
+        "versions": made_with("cantera"),
         "single": {name: [single(Gas(name), case) for case in single_cases()] for name in MECHANISMS},
         "network": compared_networks(engine, engine.reactors),
     }

@@ -23,11 +23,11 @@ import venv
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from made_with import made_with
 from process_time import process_time
 from pycycle_maps import CompressorTables, TurbineTables, component_maps
 
@@ -228,9 +228,8 @@ def comparison(python: Path) -> dict[str, Any]:
     steps = [p["step_s"] - p["repeat_s"] for p in found["points"] if p["converged"]]
     step = statistics.median(steps)
     ratios = {f"{name}_{way[:-2]}": step / both[name][way] for name in both for way in both[name]}
-    names = ("vrsopt", "casadi", "numpy")
     return {
-        "versions": {"python": sys.version.split()[0], **{name: version(name) for name in names}},
+        "versions": made_with(),
         "pycycle_versions": found["versions"],
         "heating_value_times_efficiency_mj_kg": engine.combustor.heating_value * engine.combustor.efficiency / 1e6,
         "design_point": {"vrsopt": asdict(sized(engine)), "pycycle": found["design"]},

@@ -136,7 +136,7 @@ def test_differences_are_the_products_over_pycycles(comparison):
 def test_the_scripts_of_the_other_environment_need_nothing_of_this_one():
     allowed = {"openmdao", "pycycle", "numpy", "pycycle_cycle", *sys.stdlib_module_names}
     for name in ("pycycle_engine.py", "pycycle_cycle.py"):
-        tree = ast.parse((HERE / name).read_text())
+        tree = ast.parse((HERE / name).read_text(encoding="utf-8"))
         names = {a.name for node in ast.walk(tree) if isinstance(node, ast.Import) for a in node.names}
         names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         assert {module.split(".")[0] for module in names} <= allowed, name

@@ -24,7 +24,7 @@ def test_the_baseline_shares_no_code_with_the_product():
     files = sorted(HERE.glob("marched_*.py"))
     assert len(files) == 4
     for file in files:
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module] if isinstance(node, ast.ImportFrom) else []
             roots = {name.split(".")[0] for name in names} - {other.stem for other in files}

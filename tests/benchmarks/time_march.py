@@ -19,6 +19,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from made_with import made_with
 from marched_rotor import Condition, Numerics
 from marched_trim import MarchedTrim, Trim
 from process_time import process_time
@@ -57,7 +58,7 @@ def rotor_data() -> dict[str, Any]:
     def plain(table: dict[str, Any]) -> Any:
         return table["value"] if "value" in table else {name: plain(entry) for name, entry in table.items()}
 
-    return plain(tomllib.loads((DATA / "bo105.toml").read_text())["main_rotor"])
+    return plain(tomllib.loads((DATA / "bo105.toml").read_text(encoding="utf-8"))["main_rotor"])
 
 
 def trimmed(fidelity: Fidelity, changes: dict[str, float]) -> tuple[ResidualSystem, Solution]:
@@ -177,8 +178,5 @@ def compare(fidelity: Fidelity, changes: dict[str, float]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(
-        json.dumps(
-            {name: {"flight": {**FLIGHT, **case[1]}, **compare(*case)} for name, case in CASES.items()}, indent=2
-        )
-    )
+    cases = {name: {"flight": {**FLIGHT, **case[1]}, **compare(*case)} for name, case in CASES.items()}
+    print(json.dumps({"versions": made_with("scipy"), "cases": cases}, indent=2))

@@ -196,7 +196,7 @@ def test_unknown_or_empty_section(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         load_section("naca_9999.toml")
     path = tmp_path / "empty.toml"
-    path.write_text('name = "nothing"\n')
+    path.write_text('name = "nothing"\n', encoding="utf-8")
     with pytest.raises(InputError, match="empty.toml: section: missing"):
         load_section(path)
 

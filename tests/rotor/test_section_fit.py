@@ -72,16 +72,16 @@ def test_wide_and_free_fields_are_read_too(tmp_path):
         ]
         free += [".2 .4", "-5 -.51 -.55", "5 5e-1 0.6"]
     for name, lines in (("wide", wide), ("free", free)):
-        (tmp_path / name).write_text("\n".join(lines))
+        (tmp_path / name).write_text("\n".join(lines), encoding="utf-8")
         table = read_c81(tmp_path / name).lift
         assert table.mach.tolist() == [0.2, 0.4] and table.angle_deg.tolist() == [-5, 5]
         assert table.value.tolist() == [[-0.51, -0.55], [0.5, 0.6]]
 
 
 def _changed(path: Path, line: int, text: str | None) -> Path:
-    lines = path.read_text().splitlines()
+    lines = path.read_text(encoding="utf-8").splitlines()
     lines = lines[: line - 1] if text is None else [*lines[: line - 1], text, *lines[line:]]
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join(lines), encoding="utf-8")
     return path
 
 
@@ -113,7 +113,7 @@ def test_files_that_are_no_decks(tmp_path):
         Airfoil.from_c81(tmp_path / "missing.c81")
     with pytest.raises(InputError, match="can not be read"):
         read_c81(tmp_path)
-    (tmp_path / "empty").write_text("")
+    (tmp_path / "empty").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="line 1 = ''"):
         read_c81(tmp_path / "empty")
 

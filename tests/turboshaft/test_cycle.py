@@ -3,7 +3,6 @@
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 
 from vrsopt import foca
 from vrsopt.atmosphere import standard_air
@@ -52,11 +51,8 @@ def test_the_design_point_is_a_root_by_construction():
     assert out["co2_flow"] == pytest.approx(3.156 * out["fuel_flow"], rel=2e-4)
 
 
-def test_energy_balance_fixes_the_temperatures():
-    design = sized(ENGINE)
-    assert design.t4 == pytest.approx(1351.0, abs=15.0)
-    assert design.t45 == pytest.approx(1110.0, abs=15.0)
-    assert 0.75 < design.power_turbine_efficiency < 0.82
+def test_energy_balance_leaves_the_power_turbine_a_usual_efficiency():
+    assert 0.75 < sized(ENGINE).power_turbine_efficiency < 0.82
 
 
 @pytest.mark.parametrize("power", [30e3, 150e3, 313e3])
@@ -92,41 +88,22 @@ def test_part_power_with_constant_combustion_efficiency(power, speed, t4, t45, c
     assert sfc(power, engine=engine) == pytest.approx(consumption, abs=6e-4)
 
 
-def test_consumption_of_the_sister_engine_at_part_power():
-    # 250-B17F: 0.673 over 0.613 at 69.8 % power
-    assert sfc(0.698 * 313e3) / sfc(313e3) == pytest.approx(1.098, rel=0.03)
-
-
-def test_fuel_flow_against_the_fleet_average():
-    # FOCA (2015), engines below 600 shp. Its part-power shape also set the combustion efficiency: partly circular.
-    power = np.linspace(20e3, 313e3, 60)
-    ratio = many(power)["fuel_flow"] / foca.fuel_flow(power)
-    high = power >= 200e3
-    assert np.all((ratio[high] > 0.88) & (ratio[high] < 1.05))
-    assert np.all((ratio[~high] > 0.75) & (ratio[~high] < 1.25))
-
-
 def test_combustion_efficiency_follows_the_carbon_monoxide_and_unburnt_fuel_of_the_fleet():
     power = np.array([75e3, 120e3, 207e3, 313e3])
     lost = (10.1e6 * foca.co_index(power) + 43.1e6 * foca.hc_index(power)) / 43.1e6
     assert many(power)["combustion_efficiency"] == pytest.approx(1.0 - lost, abs=0.004)
 
 
-@pytest.mark.parametrize("engine", [ENGINE, CONSTANT])
-def test_best_power_turbine_speed_falls_with_gas_generator_speed(engine):
-    expected = {1.0: 1.00, 0.95: 0.91, 0.90: 0.83, 0.85: 0.76, 0.80: 0.69}
-    best = {}
-    for speed in expected:
-
-        def consumption(n, speed=speed):
-            out = solved(speed, "gas_generator_speed", engine, power_turbine_speed=n)
-            return out["fuel_flow"] / out["power"] * 1e6
-
-        best[speed] = minimize_scalar(consumption, bounds=(0.5, 1.3), options={"xatol": 1e-5}).x
-        drop = solved(speed, "gas_generator_speed", engine, power_turbine_speed=best[speed])
-        assert best[speed] == pytest.approx(drop["best_power_turbine_speed"], rel=0.01)
-    assert list(best.values()) == pytest.approx(list(expected.values()), abs=0.02)
-    assert np.all(np.diff(list(best.values())) < 0)
+def test_best_power_turbine_speed_does_not_come_from_the_combustion_efficiency():
+    """The shipped engine's: tests/test_validation_page.py."""
+    speeds, found = np.linspace(0.55, 1.15, 1201), []
+    for generator, reference in ((1.0, 1.0), (0.95, 0.91), (0.9, 0.83), (0.85, 0.76), (0.8, 0.69)):
+        out = many(generator, speeds, mode="gas_generator_speed", engine=CONSTANT)
+        best = int(np.argmin(out["fuel_flow"] / out["power"]))
+        assert speeds[best] == pytest.approx(reference, abs=0.02)
+        assert speeds[best] == pytest.approx(out["best_power_turbine_speed"][best], rel=0.01)
+        found.append(speeds[best])
+    assert np.all(np.diff(found) < 0.0)
 
 
 def test_the_triangles_move_the_best_speed_and_halve_what_a_slower_turbine_saves():
@@ -151,32 +128,26 @@ def test_gain_of_the_best_power_turbine_speed_grows_with_the_turbine_map_curvatu
     assert 0.005 < gains[0] < 0.3 * gains[1] < 0.3 * 0.032
 
 
-def test_slopes_of_the_sister_engine():
-    # RR300 type certificate: gas-generator speed ~ P^0.155, turbine temperature ~ P^0.245
-    out = many(np.array([0.8, 1.0]) * 313e3)
-    for name, exponent in (("gas_generator_speed", 0.155), ("power_turbine_inlet_temperature", 0.245)):
-        assert np.diff(np.log(out[name]))[0] / np.log(1.25) == pytest.approx(exponent, abs=0.05)
-
-
 @pytest.mark.parametrize(("altitude", "offset"), [(2000.0, 0.0), (0.0, 30.0), (0.0, -15.0)])
 def test_referred_parameters(altitude, offset):
+    """Fuel with constant combustion efficiency, and heat released in any case. The shipped engine's fuel, speeds and
+    temperatures: tests/test_validation_page.py."""
     power, speed, mach = np.array([100e3, 200e3, 280e3]), np.array([0.9, 1.0, 1.05]), 0.1
     air, ground = standard_air(altitude, offset), standard_air(0.0)
     theta, delta = air.temperature / ground.temperature, air.pressure / ground.pressure
     for engine in (CONSTANT, ENGINE):
         base = many(power, speed, mach=mach, engine=engine)
         away = many(power * delta * theta**0.5, speed * theta**0.5, altitude, offset, mach, engine=engine)
-        ratio = {name: away[name] / base[name] for name in base}
-        assert ratio["gas_generator_speed"] / theta**0.5 == pytest.approx(np.ones(3), abs=0.004)
-        assert ratio["pressure_ratio"] == pytest.approx(np.ones(3), abs=0.004)
-        assert ratio["turbine_inlet_temperature"] / theta == pytest.approx(np.ones(3), abs=0.01)
-        # heat released; fuel itself from 200 kW up: combustion efficiency depends on the absolute pressure, which costs
-        # up to 4.4 % of the fuel at the 100 kW of this test at 2000 m
-        fuel = ratio["fuel_flow"] / (delta * theta**0.5)
-        assert fuel[1:] == pytest.approx(np.ones(2), abs=0.02)
-        assert fuel == pytest.approx(np.ones(3), abs=0.02 if engine is CONSTANT else 0.05)
-        heat = ratio["fuel_flow"] * ratio["combustion_efficiency"] / (delta * theta**0.5)
+        fuel = away["fuel_flow"] / base["fuel_flow"] / (delta * theta**0.5)
+        heat = fuel * away["combustion_efficiency"] / base["combustion_efficiency"]
         assert heat == pytest.approx(np.ones(3), abs=0.02)
+        if engine is CONSTANT:
+            assert fuel == pytest.approx(np.ones(3), abs=0.02)
+            shaft = away["gas_generator_speed"] / base["gas_generator_speed"] / theta**0.5
+            assert shaft == pytest.approx(np.ones(3), abs=0.004)
+            assert away["pressure_ratio"] / base["pressure_ratio"] == pytest.approx(np.ones(3), abs=0.004)
+            kelvin = away["turbine_inlet_temperature"] / base["turbine_inlet_temperature"] / theta
+            assert kelvin == pytest.approx(np.ones(3), abs=0.01)
 
 
 def test_bleed_and_offtake_cost_fuel_and_temperature():
