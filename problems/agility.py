@@ -9,19 +9,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from agility_runs import ACCELERATION, NAP, SHIPPED, SPEEDS, Run, flights, nap_of_the_earth
+from agility_runs import ACCELERATION, NAP, RATES, SHIPPED, SPEEDS, Run, flights, nap_of_the_earth
 from page_table import table
 
 from vrsopt.mission.profile import Profile
 from vrsopt.report.plots import png
-from vrsopt.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_figure, tidy
+from vrsopt.report.style import BLUE, GREEN, GREY, NORMAL, ORANGE, PURPLE, VERMILION, new_figure, tidy
 
 HERE = Path(__file__).parent
 PAGE, PICTURE = HERE / "agility.md", HERE / "figures" / "agility.png"
-COLOURS = (BLACK, BLUE, SKY, GREEN, ORANGE, PURPLE)
 SMALL = 0.1  # %, below which an advantage is lost in the error of the surrogate
 LOW = f"{NAP} changes of speed"  # name of the nap-of-the-earth flight
-SMALL_PRINT = 7
+SMALL_PRINT = 8
 FLOWN = ("nominal", "constant", "rate_limited", "pointwise")
 
 
@@ -106,37 +105,43 @@ def draw(results: list[Run]) -> bytes:
     (speeds, rates), (changes, constant) = figure.subplots(2, 2)
     nap = Profile.of(nap_of_the_earth(NAP)).grid(1.0)
     speeds.plot(nap.time / 60.0, nap.speed, color=BLUE)
-    speeds.set(xlabel="time, min", ylabel="airspeed, m/s", title=f"nap of the earth, {NAP} changes of speed")
-    for credit, style in ((True, "o-"), (False, "s--")):
+    speeds.set(xlabel="time, min", ylabel="true airspeed, m/s", title=f"nap of the earth, {NAP} changes of speed")
+    for credit, style in ((True, "o-"), (False, "o--")):
         line = of(results, profile=LOW, credit=credit)
         line = [run for run in line if run.twist_rate == run.rate]
         name = "nap of the earth" + ("" if credit else ", no credit")
         rates.plot(*excess(line, "rate_limited"), style, color=VERMILION, label=name)
     others = ("PATM", "LEM", "SARM", f"{LOW}, heavy")
-    for colour, name in zip((BLUE, GREEN, PURPLE, ORANGE), others, strict=True):
+    for colour, mark, name in zip((BLUE, GREEN, PURPLE, ORANGE), "s^vD", others, strict=True):
         rates.plot(
             *excess(of(results, profile=name), "rate_limited"),
-            "o-",
+            f"{mark}-",
             color=colour,
-            label=name.removeprefix(f"{LOW}, "),
+            label=name.replace(LOW, "nap of the earth"),
         )
-    rates.axhline(SMALL, color="0.6", lw=0.8)
-    rates.set(xscale="log", xlabel="actuator rate, %/s and deg/s", title="rate-limited pointwise")
+    rates.axhline(SMALL, color=GREY, lw=1.2, ls=":", label="about the error of the surrogate")
+    rates.set(xscale="log", xlabel="actuator rate, %/s and deg/s", title="rate-limited pointwise, by actuator rate")
     rates.set_ylabel("fuel over the trajectory's, %")
-    rates.legend(fontsize=SMALL_PRINT, ncols=2)
+    rates.set_xticks(RATES, [f"{rate:g}" for rate in RATES])
+    rates.minorticks_off()
+    rates.legend(fontsize=SMALL_PRINT, frameon=False)
     for axes, name in ((changes, "rate_limited"), (constant, "constant")):
-        for colour, rate in zip((VERMILION, ORANGE, BLUE), (0.1, 0.2, 1.0), strict=True):
+        for colour, mark, rate in zip((VERMILION, ORANGE, BLUE), "os^", (0.1, 0.2, 1.0), strict=True):
             line = [
                 run
                 for run in of(results, rate=rate, twist_rate=rate, credit=True)
                 if run.changes != SHIPPED and "heavy" not in run.profile
             ]
-            axes.plot([run.changes for run in line], excess(line, name)[1], "o-", color=colour, label=f"{rate:g} %/s")
+            where = [run.changes for run in line]
+            axes.plot(where, excess(line, name)[1], f"{mark}-", color=colour, label=f"{rate:g} %/s and deg/s")
         axes.set(xlabel="changes of speed in the flight", ylabel="fuel over the trajectory's, %")
-    changes.set(title="rate-limited pointwise")
-    constant.set(title="best constant rotor")
-    changes.legend()
+    changes.set(title="rate-limited pointwise, nap of the earth by changes of speed")
+    constant.set(title="best constant rotor, nap of the earth by changes of speed")
+    for axes in (changes, constant):
+        axes.legend(fontsize=SMALL_PRINT, frameon=False)
     for axes in (speeds, rates, changes, constant):
+        for words in (axes.title, axes.xaxis.label, axes.yaxis.label):
+            words.set_size(NORMAL)
         tidy(axes)
     return png(figure)
 
@@ -151,6 +156,8 @@ def page(results: list[Run]) -> str:
     lines = [
         "# Agility: when does the whole-mission optimum pay?",
         "",
+        "This page is written by `python problems/agility.py`.",
+        "",
         "Every schedule starts and ends with the nominal rotor, charges the rotor's kinetic energy to the engines, and",
         "is flown on the same 1 s grid. *Rate limited*: the pointwise optimum behind a causal rate limiter. *Raw*: the",
         "pointwise optimum itself. *Constant*: the best rotor speed and twist held all along. Percentages: fuel over",
@@ -161,7 +168,7 @@ def page(results: list[Run]) -> str:
         *verdict(results),
         "![Advantage against actuator rate and changes of speed](figures/agility.png)",
         "",
-        "Grey line: 0.1 %, about the error of the surrogate.",
+        "Dotted line: 0.1 %, about the error of the surrogate.",
         "",
         *run_table(results),
     ]

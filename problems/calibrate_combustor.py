@@ -3,8 +3,7 @@
 Four numbers nobody published (air and unmixedness of the primary zone, volumes of the primary and the dilution zone)
 are solved by least squares on four residuals: ln NOx at 30, 60 and 100 % of the take-off rating and, with weight 0.3,
 ln CO at 100 %. The states of the combustor are the gas path's: sea level, standard dry day, at rest, free turbine at
-100 %. Every number stays inside the range that the data file states for it: met exactly, the four residuals want a
-primary zone of 0.13 litres, a third of the least that is taken for possible; as it is, two of the four end at a bound.
+100 %. Every number stays inside the range that the data file states for it; two of the four end at a bound.
 FOCA's formula is an average of a fleet and good to a factor of two for one engine: agreement at the fitted powers is no
 validation, and the powers between them share the formula. One more number is chosen by hand, the methylene fraction: it
 meets ICAO's effect of humidity. What neither has seen: idle, CO below 100 %, the effects of pressure and temperature.

@@ -18,12 +18,16 @@ from typing import Any
 
 import numpy as np
 
+from vrsopt.report.plots import png
+from vrsopt.report.style import BLUE, NORMAL, SMALL, VERMILION, new_figure, tidy
 from vrsopt.rotor.airfoil import load_section
 from vrsopt.rotor.oscillating_section import SectionLoop, harmonic_pitch, section_loop
 
 # The target, then light and deep stall, slow and fast, shifted mean angles and a lower Mach number.
 FRAMES = (9302, 7110, 7113, 9221, 9222, 9223, 9307, 10105, 10303, 9217, 9203)
 QUANTITIES = ("cl", "cd", "cm")
+WORDS = ("lift", "drag", "moment")
+BLOCKS = 2
 FIGURE = Path(__file__).parent / "figures" / "dynamic_stall.png"
 
 
@@ -76,31 +80,34 @@ def table(rows: dict[str, dict[str, float]], data: Any) -> str:
 
 
 def draw(data: Any, path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(3, len(FRAMES), figsize=(2.3 * len(FRAMES), 7.2), sharex="col", sharey="row")
-    for column, number in zip(axes.T, FRAMES, strict=True):
+    """Three rows, lift, drag and moment, twice: the frames in two blocks, so that they can be read on a page."""
+    figure = new_figure(11.5, 11.5)
+    across = -(-len(FRAMES) // BLOCKS)
+    axes = figure.subplots(BLOCKS * len(QUANTITIES), across)
+    columns = np.concatenate(np.split(axes, BLOCKS), axis=1).T
+    for row, words in enumerate(WORDS):
+        for other in columns[1 : len(FRAMES)]:
+            other[row].sharey(columns[0, row])
+        for block in range(BLOCKS):
+            columns[block * across, row].set_ylabel(f"{words} coefficient", fontsize=NORMAL)
+    for column in columns[len(FRAMES) :]:
+        for axis in column:
+            axis.axis("off")
+    for column, number in zip(columns, FRAMES, strict=False):
         frame = f"f{number}"
         computed = loop(frame, data)
         closed = np.append(np.arange(len(computed.pitch)), 0)
         mach, _, _, k = data[f"{frame}_meta_M_a0_a1_k"]
-        column[0].set_title(f"frame {number}\nM = {mach:.3g}, k = {k:.3g}", fontsize=9)
+        column[0].set_title(f"frame {number}\nM = {mach:.2f}, k = {k:.3f}", fontsize=SMALL)
         for axis, quantity in zip(column, QUANTITIES, strict=True):
             measured = data[f"{frame}_alpha_exp_{quantity}"], data[f"{frame}_{quantity}_exp"]
-            axis.plot(*measured, ".", color="0.45", markersize=3, label="test")
-            axis.plot(np.degrees(computed.pitch)[closed], values(computed)[quantity][closed], color="C0", label="model")
-            axis.grid(alpha=0.3)
-        column[2].set_xlabel("angle of attack, deg", fontsize=9)
-    for axis, label in zip(axes[:, 0], ("lift coefficient", "drag coefficient", "moment coefficient"), strict=True):
-        axis.set_ylabel(label)
-    axes[0, 0].legend(fontsize=8)
-    figure.tight_layout()
+            axis.plot(*measured, ".", color=VERMILION, markersize=3, label="test")
+            axis.plot(np.degrees(computed.pitch)[closed], values(computed)[quantity][closed], color=BLUE, label="model")
+            tidy(axis)
+        column[2].set_xlabel("angle of attack, deg", fontsize=SMALL)
+    figure.legend(*columns[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize=NORMAL)
     path.parent.mkdir(exist_ok=True)
-    figure.savefig(path, dpi=80)
-    plt.close(figure)
+    path.write_bytes(png(figure))
 
 
 def main(path: Path) -> None:

@@ -1,6 +1,6 @@
 """Write the tables and figures of the page on the engine away from its design point.
 
-Run: python problems/engine_page.py (about a minute)
+Run: python problems/engine_page.py
 """
 
 from __future__ import annotations
@@ -44,10 +44,14 @@ def _figures(*names: str) -> Iterator[str]:
 
 def main() -> None:
     engine = load_engine()
-    text = PAGE.read_text().split(MARKER)[0] if PAGE.exists() else "# The engine away from its design point\n\n"
+    text = (
+        PAGE.read_text(encoding="utf-8").split(MARKER)[0]
+        if PAGE.exists()
+        else "# The engine away from its design point\n\n"
+    )
     for name, (_, draw) in FIGURES.items():
         PAGE.with_name("figures").joinpath(name).write_bytes(png(draw(engine)))
-    PAGE.write_text(text + "\n".join([MARKER, *lines(engine)]))
+    PAGE.write_text(text + "\n".join([MARKER, *lines(engine)]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEVELS = np.arange(75.0, 105.1, 2.5)
-COLOURS = (BLUE, ORANGE, GREEN)
+LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))  # colour, mark
 
 
 def bounds_figure(cases: Mapping[str, Envelope]) -> Figure:
@@ -56,17 +56,18 @@ def margin_figure(
     """Saving against manoeuvre margin: of the missions, and the mean over the envelope at each mass."""
     figure = new_figure(9.6, 4.2)
     left, right = figure.subplots(1, 2)
-    for colour, (mission, by_margin) in zip(COLOURS, saved.items(), strict=True):
+    for (colour, mark), (mission, by_margin) in zip(LOOKS, saved.items(), strict=True):
         margins = list(by_margin)
-        for name, style in (("trajectory", "o-"), ("pointwise", "s--")):
+        for name, style in (("trajectory", "-"), ("pointwise", "--")):
             saving = [-row[name] for row in by_margin.values()]
-            left.plot(margins, saving, style, color=colour, label=f"{mission}, {name}", markersize=4, linewidth=1.2)
+            look = {"color": colour, "marker": mark, "ls": style, "markersize": 5, "linewidth": 1.2}
+            left.plot(margins, saving, label=f"{mission}, {name}", **look)
     left.set_title("missions", fontsize=NORMAL)
     margins = [float(margin) for margin in envelopes]
     rows = [found.summary()["masses_kg"] for found in envelopes.values()]
-    for colour, mass in zip((SKY, BLUE, VERMILION), rows[0], strict=True):
+    for colour, mark, mass in zip((SKY, BLUE, VERMILION), "os^", rows[0], strict=True):
         saving = [-row[mass]["mean_fuel_flow_delta_percent"] for row in rows]
-        right.plot(margins, saving, "o-", color=colour, label=f"{mass} kg", markersize=4, linewidth=1.2)
+        right.plot(margins, saving, f"{mark}-", color=colour, label=f"{mass} kg", markersize=5, linewidth=1.2)
     right.set_title("mean over the flight envelope, rotor speed and twist free", fontsize=NORMAL)
     for ax in (left, right):
         ax.set_xlabel("manoeuvre margin (thrust available over thrust flown)", fontsize=NORMAL)

@@ -16,7 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vrsopt.aircraft import MainRotor, load_aircraft
-from vrsopt.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, VERMILION
+from vrsopt.report.plots import png
+from vrsopt.report.style import BLACK, BLUE, GREEN, GREY, NORMAL, ORANGE, SMALL, VERMILION, new_figure, tidy
 from vrsopt.rotor.blade_equations import BladeEquations
 from vrsopt.rotor.blade_frequencies import Crossing, coupled_frequencies, crossings
 from vrsopt.rotor.fidelity import Fidelity
@@ -25,6 +26,7 @@ FIGURE = Path(__file__).parent / "figures" / "fan_plot.png"
 PITCH = np.radians(8.0)  # at 3/4 radius
 RANGE = (75.0, 115.0)  # per cent rotor speed that schedules use
 HIGHEST_ORDER = 9
+HIGHEST = 6.6  # per nominal revolution, of the figure
 CLOSE = 0.15  # per revolution: near enough to a harmonic to be told
 SHOWN = ("flap1", "flap2", "flap3", "lag1", "lag2", "torsion1")
 COLOURS = {"flap": BLUE, "lag": GREEN, "torsion": ORANGE}
@@ -51,20 +53,16 @@ def passed_on(order: int, blades: int) -> bool:
 
 
 def draw(percent: np.ndarray, coupled: np.ndarray, flat: np.ndarray, found: list[Crossing], blades: int) -> Figure:
-    figure = Figure(figsize=(7.0, 7.5), layout="constrained")
+    figure = new_figure(7.0, 7.8)
     axes = figure.subplots()
     axes.axvspan(*RANGE, color=GREY, alpha=0.15, lw=0)
     for order in range(1, HIGHEST_ORDER + 1):
         important = passed_on(order, blades)
         axes.plot(percent, order * percent / 100, color=BLACK if important else GREY, lw=0.9 if important else 0.6)
-        if order * percent[-1] / 100 < 6.6:
-            axes.annotate(
-                f"{order}/rev",
-                (percent[-1], order * percent[-1] / 100),
-                (3, 0),
-                textcoords="offset points",
-                fontsize=SMALL,
-            )
+        inside = order * percent[-1] / 100 < HIGHEST
+        end = percent[-1] if inside else 100 * HIGHEST / order
+        place = {"xytext": (3, -3)} if inside else {"xytext": (0, 3), "ha": "center"}
+        axes.annotate(f"{order}/rev", (end, order * end / 100), textcoords="offset points", fontsize=SMALL, **place)
     for k, name in enumerate(SHOWN):
         colour = COLOURS[name.rstrip("0123456789")]
         axes.plot(percent, coupled[:, k], color=colour, lw=2)
@@ -90,12 +88,16 @@ def draw(percent: np.ndarray, coupled: np.ndarray, flat: np.ndarray, found: list
             mec=VERMILION if passed_on(crossing.order, blades) else GREY,
             mew=1.5,
         )
-    axes.set(xlim=(percent[0] - 5, percent[-1] + 4), ylim=(0, 6.6))
-    axes.set(xlabel="rotor speed, %", ylabel="frequency per nominal revolution")
+    axes.set(xlim=(percent[0] - 5, percent[-1] + 4), ylim=(0, HIGHEST))
+    axes.set_xlabel("rotor speed, % of nominal", fontsize=NORMAL)
+    axes.set_ylabel("frequency per nominal revolution", fontsize=NORMAL)
+    tidy(axes)
     axes.set_title(
         f"Blade frequencies: pitch {np.degrees(PITCH):.0f} deg at 3/4 radius, built-in twist; dashed: flat blade.\n"
-        "Red: crossings whose loads reach the airframe",
-        fontsize=SMALL + 1,
+        f"Shaded: rotor speeds of schedules, {RANGE[0]:.0f} to {RANGE[1]:.0f} %, with their crossings.\n"
+        "Black lines, red circles: harmonics whose loads reach the airframe",
+        fontsize=NORMAL,
+        pad=16,
     )
     return figure
 
@@ -108,7 +110,7 @@ def main(aircraft: str) -> None:
     every = crossings(SHOWN, percent, 100 * coupled)
     found = [c for c in every if RANGE[0] <= c.rotor_speed <= RANGE[1] and c.order <= HIGHEST_ORDER]
     FIGURE.parent.mkdir(exist_ok=True)
-    draw(percent, coupled, flat, found, rotor.blades).savefig(FIGURE, dpi=110, metadata={"Software": None})
+    FIGURE.write_bytes(png(draw(percent, coupled, flat, found, rotor.blades)))
     print("mode      per rev  rotor speed %  reaches the airframe")
     for c in found:
         print(f"{c.mode:9s} {c.order:7d}  {c.rotor_speed:13.1f}  {'yes' if passed_on(c.order, rotor.blades) else 'no'}")

@@ -25,7 +25,7 @@ from vrsopt.rotor_fields import retreating_angle, rotor_map
 KNOT = 1852 / 3600  # m/s
 SPEEDS = np.arange(0.0, 71.0, 5.0)
 FIGURE = Path(__file__).with_name("figures") / "level_flight.png"
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
+LOOKS = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"), (SKY, (0, (5, 1, 1, 1, 1, 1))), (VERMILION, "-"))
 
 # Padfield, Helicopter Flight Dynamics, figures 4.6 and 4.10: DLR flight test, about 2200 kg at sea level; speed in kt.
 # The source does not say whether the power is the engines' or the main rotor's.
@@ -54,11 +54,12 @@ def sweep(mass: float, altitude: float, rotor_speed: float) -> list[vrsopt.Opera
 
 
 def draw(axes: Axes, speed: list[float], curves: dict[str, list[float]], words: str) -> None:
-    for (name, values), colour in zip(curves.items(), COLOURS, strict=False):
-        axes.plot(speed, values, color=colour, label=name)
-    axes.set_title(words, fontsize=NORMAL)
+    for (name, values), (colour, line) in zip(curves.items(), LOOKS, strict=False):
+        axes.plot(speed, values, color=colour, ls=line, lw=1.7, label=name)
+    axes.set_ylabel(words, fontsize=NORMAL)
     axes.set_xlabel("true airspeed, m/s", fontsize=SMALL)
-    axes.legend(fontsize=SMALL, frameon=False)
+    if len(curves) > 1:
+        axes.legend(fontsize=SMALL, frameon=False, handlelength=3.0)
     tidy(axes)
 
 
@@ -83,33 +84,35 @@ def main() -> None:
     def degrees(name: str) -> list[float]:
         return [math.degrees(getattr(point, name)) for point in points]
 
-    figure = new_figure(11.0, 10.5)
-    axes = figure.subplots(3, 2)
+    figure = new_figure(11.0, 13.0)
+    axes = figure.subplots(4, 2)
     controls = ("collective", "lateral_cyclic", "longitudinal_cyclic", "tail_collective")
     draw(axes[0, 0], speed, {name.replace("_", " "): degrees(name) for name in controls}, "controls, deg")
     draw(axes[0, 1], speed, {"pitch": degrees("pitch"), "roll": degrees("roll")}, "attitude, deg")
     shaft = [1e-3 * (point.main_rotor_power + point.tail_rotor_power) for point in points]
-    split = {name: [1e-3 * point.powers[name] for point in points] for name in points[0].powers}
+    split = {name: [1e-3 * point.powers[name] for point in points] for name in points[0].powers if name != "climb"}
     draw(axes[1, 0], speed, {"both rotors": shaft} | split, "power, kW")
+    axes[1, 0].set_ylim(0.0, 1.35 * max(shaft))  # room for the legend
     margins = {name: [100 * point.margins[name] for point in points] for name in points[0].margins}
     draw(axes[1, 1], speed, margins, "left to the limit, %")
     axes[1, 1].axhline(0.0, color=BLACK, linewidth=0.8)
-    outer = {
-        "advancing tip, 10 x Mach number": [10 * point.advancing_tip_mach for point in points],
-        "retreating side, largest angle of attack, deg": angles,
+    axes[1, 1].legend(fontsize=SMALL, frameon=False, ncols=2, loc="lower left", handlelength=3.0)
+    axes[1, 1].set_ylim(bottom=-60.0)  # room for the legend
+    mach, one = "Mach number of the advancing tip", "left to the rating of one engine,\nthe other out, kW"
+    draw(axes[2, 0], speed, {mach: [point.advancing_tip_mach for point in points]}, mach)
+    draw(axes[2, 1], speed, {"angle": angles}, "largest angle of attack\non the retreating side, deg")
+    draw(axes[3, 0], speed, {one: [1e-3 * point.one_engine_inoperative_margin for point in points]}, one)
+    axes[3, 0].axhline(0.0, color=BLACK, linewidth=0.8)
+    moments = {
+        "pitch": [1e-3 * point.hub_pitch_moment for point in points],
+        "roll": [1e-3 * point.hub_roll_moment for point in points],
     }
-    draw(axes[2, 0], speed, outer, "what limits the rotor")
-    one = {
-        "one engine out: kW to the rating of the other": [1e-3 * p.one_engine_inoperative_margin for p in points],
-        "hub pitch moment, 10 N m": [0.1 * p.hub_pitch_moment for p in points],
-        "hub roll moment, 10 N m": [0.1 * p.hub_roll_moment for p in points],
-    }
-    draw(axes[2, 1], speed, one, "one engine, hub moments")
+    draw(axes[3, 1], speed, moments, "hub moment, kN m")
     if (arguments.mass, arguments.altitude, arguments.rotor_speed_percent) == (2200.0, 0.0, 100.0):
         axes[0, 1].plot(np.multiply(TEST_PITCH[0], KNOT), TEST_PITCH[1], "k.", label="pitch, flight test")
         axes[1, 0].plot(np.multiply(TEST_POWER[0], KNOT), TEST_POWER[1], "k.", label="flight test")
         for ax in (axes[0, 1], axes[1, 0]):
-            ax.legend(fontsize=SMALL, frameon=False)
+            ax.legend(fontsize=SMALL, frameon=False, ncols=2 if ax is axes[1, 0] else 1, handlelength=3.0)
     arguments.out.write_bytes(png(figure))
     print(
         f"{'speed m/s':>9}{'rotors kW':>11}{'fuel kg/h':>11}{'collective':>12}{'pitch deg':>11}{'retreating deg':>16}"

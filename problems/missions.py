@@ -37,7 +37,7 @@ MARKER = "<!-- tables: everything below is written by problems/missions.py -->"
 NAMES = ("patm", "lem", "sarm")
 PICTURES = ("flight_path", "mission_profile", "schedules")
 ALL = ("nominal", "constant", "pointwise", "prescribed", "trajectory", "consistent", "variable_transmission")
-SHOWN = ("nominal", "constant", "pointwise", "trajectory")  # in the figures
+SHOWN = ("nominal", "constant", "pointwise", "pointwise_rate_limited", "trajectory")  # in the figures
 STEPS = (0.5, 2.0)  # s, beside the 1 s of the comparison
 WEATHERS = {
     "ISA +20 K": {"isa_offset_k": 20.0},

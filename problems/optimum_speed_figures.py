@@ -10,7 +10,10 @@ import numpy as np
 import xarray as xr
 from optimum_speed_results import default, effect, levels, named, power_ratio, usable
 
-COLOURS = ("#1b6ca8", "#d1662b", "#4d8b31", "#8e4a9e", "#7a7a7a")
+from vrsopt.report.style import BLACK, BLUE, GREEN, PURPLE, VERMILION
+
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, BLACK)
+LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKS = {"none": "o", "lower bound": "_", "blade loading": "v", "torque": "s", "tail rotor": "D"}
 STYLE: dict[Any, Any] = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 9, "savefig.dpi": 130}
 
@@ -37,12 +40,12 @@ def over_speed(dataset: xr.Dataset) -> Any:
             2, dataset.sizes["mass"], figsize=(10, 5.6), sharex=True, sharey="row", layout="constrained", squeeze=False
         )
         for (upper, lower), mass in zip(axes.T, dataset.mass.values, strict=True):
-            for colour, altitude in zip(COLOURS, dataset.altitude.values, strict=False):
+            for colour, style, altitude in zip(COLOURS, LINES, dataset.altitude.values, strict=False):
                 line = chosen.sel(mass=mass, altitude=altitude)
-                label = f"{altitude:.0f} m"
+                label = f"at {altitude:.0f} m"
                 upper.fill_between(line.speed, line.optimum_band_low, line.optimum_band_high, color=colour, alpha=0.15)
-                upper.plot(line.speed, line.optimum_rotor_speed, color=colour, label=label)
-                lower.plot(line.speed, line.optimum_fuel_change, color=colour)
+                upper.plot(line.speed, line.optimum_rotor_speed, color=colour, ls=style, label=label)
+                lower.plot(line.speed, line.optimum_fuel_change, color=colour, ls=style)
                 for code in np.unique(line.active.values[line.active.values >= 0]):
                     here = line.where(line.active == code)
                     for flyable, face in ((1, colour), (0, "white")):
@@ -50,21 +53,23 @@ def over_speed(dataset: xr.Dataset) -> Any:
                         mark = MARKS.get(names[code], "x")
                         face_colour = {} if mark in "_x" else {"markerfacecolor": face}
                         upper.plot(points.speed, points.optimum_rotor_speed, mark, color=colour, **face_colour)
-            upper.set_title(f"{mass:.0f} kg")
-            lower.set_xlabel("airspeed m/s")
+            upper.set_title(f"{mass:.0f} kg", fontsize=9)
+            lower.set_xlabel("true airspeed, m/s")
             lower.axhline(0, color="0.7", lw=0.8, zorder=0)
             upper.axhline(100, color="0.7", lw=0.8, zorder=0)
-        axes[0, 0].set_ylabel("rotor speed of least fuel, %")
-        axes[1, 0].set_ylabel("change of fuel, %")
+        axes[0, 0].set_ylabel("rotor speed of least fuel,\n% of nominal")
+        axes[1, 0].set_ylabel("change of fuel flow, %")
         used = {names[code] for code in np.unique(chosen.active.values) if code >= 0}
-        marks = [plt.Line2D([], [], color="0.3", marker=MARKS.get(n, "x"), ls="", label=n) for n in names if n in used]
+        marks = [
+            plt.Line2D([], [], color="0.3", marker=MARKS.get(n, "x"), ls="", label=f"rests on {n}")
+            for n in names
+            if n in used
+        ]
         hollow = plt.Line2D(
             [], [], color="0.3", marker="o", markerfacecolor="white", ls="", label="nominal not flyable"
         )
-        axes[0, 0].legend(title="altitude", frameon=False, loc="upper left", fontsize=8)
-        axes[0, 1 if axes.shape[1] > 1 else 0].legend(
-            handles=[*marks, hollow], title="rests on", frameon=False, loc="upper left", fontsize=8
-        )
+        handles = [*axes[0, 0].get_legend_handles_labels()[0], *marks, hollow]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
     return figure
 
 
@@ -78,7 +83,7 @@ def tornado(dataset: xr.Dataset) -> Any:
             base = usable(dataset, default(dataset)).sel(mass=mass)
             for axis, name, unit in (
                 (row[0], "optimum_rotor_speed", "rotor speed"),
-                (row[1], "optimum_fuel_change", "change of fuel"),
+                (row[1], "optimum_fuel_change", "change of fuel flow"),
             ):
                 for k, change in enumerate(changes):
                     values = effect(dataset, change, mass)[name].values
@@ -91,8 +96,8 @@ def tornado(dataset: xr.Dataset) -> Any:
                 axis.set_title(f"{mass:.0f} kg: default model {float(base[name].mean()):.1f} % {unit}", fontsize=9)
             row[0].set_yticks(range(len(changes)), [named(change) for change in changes])
         axes[0, 0].invert_yaxis()
-        axes[1, 0].set_xlabel("effect on the rotor speed of least fuel, % of nominal")
-        axes[1, 1].set_xlabel("effect on the change of fuel, points")
+        axes[1, 0].set_xlabel("effect on the rotor speed of least fuel, points of nominal")
+        axes[1, 1].set_xlabel("effect on the change of fuel flow, points")
     return figure
 
 
@@ -111,12 +116,15 @@ def power_curves(dataset: xr.Dataset) -> Any:
                         for section in dataset.section.values:
                             choice = place | {"tail_rotor": tail, "inflow": inflow, "split": split, "section": section}
                             axis.plot(100 * ratio, power_ratio(dataset, choice, ratio), color="0.85", lw=0.6)
-            for colour, section in zip(COLOURS, dataset.section.values, strict=False):
+            for colour, style, section in zip(COLOURS, LINES, dataset.section.values, strict=False):
                 curve = power_ratio(dataset, place | {"section": section}, ratio)
-                axis.plot(100 * ratio, curve, color=colour, lw=1.6, label=section)
+                axis.plot(100 * ratio, curve, color=colour, ls=style, lw=1.8, label=f"section: {section}")
+            axis.plot([], [], color="0.85", lw=0.6, label="other models")
             axis.set_title(f"{mass:.0f} kg, {altitude:.0f} m, {speed:.0f} m/s", fontsize=9)
-            axis.set_xlabel("rotor speed, %")
+            axis.set_xlabel("rotor speed, % of nominal")
+            axis.set_xlim(74, 116)
             axis.set_ylim(0.75, 1.3)
         axes[0, 0].set_ylabel("power over that at 100 %")
-        axes[0, 0].legend(frameon=False, fontsize=8, title="section")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=8)
     return figure

@@ -243,10 +243,10 @@ def solution(dataset: xr.Dataset) -> Iterator[str]:
 def write_page(folder: Path, dataset: xr.Dataset, ranges: Ranges) -> None:
     """Keep the text of the page above the marker, write figures and tables below it."""
     page = folder / "optimum_speed.md"
-    text = page.read_text().split(MARKER)[0] if page.exists() else "# Optimum rotor speed\n\n"
+    text = page.read_text(encoding="utf-8").split(MARKER)[0] if page.exists() else "# Optimum rotor speed\n\n"
     figures = draw(dataset, folder / "figures")
     lines = [MARKER, "", "## Results\n", *(f"![{title}](figures/{name})\n" for name, title in figures.items())]
     for part in (maps, effects):
         lines += part(dataset)
     lines += [*all_models(dataset, ranges), *prototype(dataset), *solution(dataset), *calibration(dataset, ranges)]
-    page.write_text(text + "\n".join(lines))
+    page.write_text(text + "\n".join(lines), encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 
 def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
@@ -13,3 +14,31 @@ def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[s
     for row in rows:
         yield "| " + " | ".join(str(cell) for cell in row) + " |"
     yield ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number of the model and the range that its reference allows, in the unit and with the digits of ``form``."""
+
+    quantity: str
+    value: float
+    low: float
+    high: float
+    form: str = "{:.3f}"
+    source: str = ""
+    stated: str = ""  # the reference as it is known, shown instead of the range
+
+    @property
+    def met(self) -> bool:
+        return self.low <= self.value <= self.high
+
+    def row(self) -> tuple[str, str, str, str]:
+        """Quantity, model, reference, and whether the model meets it."""
+        allowed = self.stated or f"{self.form.format(self.low)} to {self.form.format(self.high)}"
+        reference = f"{allowed} ({self.source})" if self.source else allowed
+        return self.quantity, self.form.format(self.value), reference, "yes" if self.met else "**no**"
+
+
+def figures(found: Iterable[Figure]) -> Iterator[str]:
+    """Lines of the table of figures."""
+    yield from table(("quantity", "model", "reference", "met"), (figure.row() for figure in found))

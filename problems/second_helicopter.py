@@ -248,7 +248,7 @@ def solved(earlier: Mapping[str, Any]) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description="A second helicopter from public data.")
     parser.add_argument("--reuse", action="store_true", help="take walks and checks of the last results")
-    results = solved(json.loads(RESULTS.read_text()) if parser.parse_args().reuse else {})
+    results = solved(json.loads(RESULTS.read_text(encoding="utf-8")) if parser.parse_args().reuse else {})
     margin = load_aircraft(AIRCRAFT).blade_loading_limit.manoeuvre_margin
 
     def best(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -259,7 +259,7 @@ def main() -> None:
     shipped = [o for o in results["optima"] if (o["mass"], o["altitude"]) == OPEN and o["speed"] in OPEN_SPEEDS]
     results["sensitivity"] = {"as shipped": shipped}
     results["sensitivity"] |= {name: list(map(best, found)) for name, found in results["variant_walks"].items()}
-    RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+    RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     write_page(Path(__file__).with_suffix(".md"), results)
     draw(Path(__file__).parent / "figures" / "second_helicopter.png", results)
 

@@ -14,7 +14,7 @@ from vrsopt.report.style import BLACK, BLUE, GREEN, NORMAL, SMALL, VERMILION, ne
 
 MARKER = "<!-- tables: everything below is written by problems/second_helicopter.py -->"
 Results = Mapping[str, Any]
-COLOURS = (BLUE, GREEN, VERMILION)
+LOOKS = ((BLUE, "o"), (GREEN, "^"), (VERMILION, "D"))  # colour, mark
 HORSEPOWER = 0.74569987  # kW
 # Published, main-rotor power unless said: label, speeds [m/s], saving [%]
 PUBLISHED = (
@@ -133,29 +133,33 @@ def draw(path: Path, results: Results) -> None:
     """Power with its public points, savings of power and of fuel, and the best rotor speeds, over airspeed."""
     figure = new_figure(11.0, 8.5)
     axes = figure.subplots(2, 2)
-    titles = ("main-rotor power at 100 %, kW", "main-rotor power saved within 85 to 100 %, %")
-    titles = (*titles, "fuel saved within 85 to 100 %, %", "rotor speed of least fuel within limits, %")
+    titles = ("main-rotor power at 100 %, kW", "main-rotor power saved within 85 to 100 % speed, %")
+    titles = (
+        *titles,
+        "fuel saved within 85 to 100 % speed, %",
+        "rotor speed of least fuel within limits, % of nominal",
+    )
     for ax, title in zip(axes.flat, titles, strict=True):
-        ax.set_title(title, fontsize=NORMAL)
+        ax.set_ylabel(title, fontsize=NORMAL)
         ax.set_xlabel("true airspeed, m/s", fontsize=SMALL)
     flights = list(dict.fromkeys((one["mass"], one["altitude"]) for one in results["optima"]))
-    for (mass, altitude), colour in zip(flights, COLOURS, strict=True):
+    for (mass, altitude), look in zip(flights, LOOKS, strict=True):
         own = [one for one in results["optima"] if (one["mass"], one["altitude"]) == (mass, altitude)]
         own = [one for one in own if "narrow_power_saving" in one]
         label = f"{mass:.0f} kg, {altitude:.0f} m"
-        _curve(axes[0, 0], own, "nominal_power_kw", colour, label)
-        _curve(axes[0, 1], own, "narrow_power_saving", colour, label)
-        _curve(axes[1, 0], own, "narrow_fuel_saving", colour, f"{label}, trims only", style="--")
-        _curve(axes[1, 0], own, "narrow_limited_saving", colour, f"{label}, within limits")
-        _curve(axes[1, 1], own, "narrow_limited_rotor_speed", colour, f"{label}, 85 to 100 %")
-        _curve(axes[1, 1], own, "wide_limited_rotor_speed", colour, f"{label}, 75 to 115 %", style=":")
+        _curve(axes[0, 0], own, "nominal_power_kw", look, label)
+        _curve(axes[0, 1], own, "narrow_power_saving", look, label)
+        _curve(axes[1, 0], own, "narrow_fuel_saving", look, f"{label}, trims only", style="--")
+        _curve(axes[1, 0], own, "narrow_limited_saving", look, f"{label}, within limits")
+        _curve(axes[1, 1], own, "narrow_limited_rotor_speed", look, f"{label}, 85 to 100 %")
+        _curve(axes[1, 1], own, "wide_limited_rotor_speed", look, f"{label}, 75 to 115 %", style=":")
     public = [(one["speed"], one["rotor_hp_public"] * HORSEPOWER) for one in results["checks"]["power"]]
     axes[0, 0].plot(*zip(*public, strict=True), "k*", label="Gen Hel, 7632 kg, sea level")
     for name, speed, saving, style in PUBLISHED:
         axes[0, 1].plot(speed, saving, style, color=BLACK, linewidth=1.8, label=name)
     for name, band in PUBLISHED_FUEL:
         axes[1, 0].axhspan(*band, color=BLACK, alpha=0.12, lw=0, label=name)
-    axes[0, 1].set_ylim(0.0, 22.0)
+    axes[0, 1].set_ylim(0.0, 24.0)
     axes[1, 0].set_ylim(0.0, 24.0)
     axes[1, 1].set_ylim(68.0, 101.0)
     for ax in axes.flat:
@@ -164,5 +168,7 @@ def draw(path: Path, results: Results) -> None:
     path.write_bytes(png(figure))
 
 
-def _curve(axes: Axes, own: list[Results], name: str, colour: str, label: str, style: str = "-") -> None:
-    axes.plot([o["speed"] for o in own], [o[name] for o in own], style, color=colour, label=label, linewidth=1.3)
+def _curve(axes: Axes, own: list[Results], name: str, look: tuple[str, str], label: str, style: str = "-") -> None:
+    place = [one["speed"] for one in own], [one[name] for one in own]
+    colour, mark = look
+    axes.plot(*place, style, color=colour, marker=mark, markersize=4, label=label, linewidth=1.3)

@@ -166,12 +166,15 @@ def learning_table(curves: Mapping[str, list[Learned]]) -> Iterator[str]:
 
 def draw_learning(curves: Mapping[str, list[Learned]]) -> Any:
     """Error at the fresh points against the number of points, one panel for each space."""
-    figure = new_figure(8.5, 3.8)
+    figure = new_figure(8.5, 4.3)
     panels = figure.subplots(1, len(curves), sharey=True, squeeze=False)[0]
     everything = [getattr(one, name) for curve in curves.values() for one in curve for name in NAMES]
     panels[0].set_ylim(0.8 * min(everything), 1.25 * max(everything))
     for axes, (space, curve) in zip(panels, curves.items(), strict=True):
-        for enhanced, colour, mark, words in ((False, VERMILION, "o", "values"), (True, BLUE, "s", "and derivatives")):
+        for enhanced, colour, mark, words in (
+            (False, VERMILION, "o", "values"),
+            (True, BLUE, "s", "values and derivatives"),
+        ):
             own = [one for one in curve if one.enhanced is enhanced and not one.spread]
             for name, line in (("rms", "-"), ("mean_absolute", "--")):
                 label = f"{words}, {NAMES[name]}"
@@ -179,17 +182,20 @@ def draw_learning(curves: Mapping[str, list[Learned]]) -> Any:
                 axes.loglog([one.count for one in own], errors, mark, ls=line, color=colour, label=label, markersize=5)
         for one in (one for one in curve if one.spread):
             pair = [getattr(one, name) for name in NAMES]
-            axes.loglog([one.count] * 2, pair, "D", color=BLACK, mfc="none", label="and derivatives, spread points")
+            axes.loglog(
+                [one.count] * 2, pair, "D", color=BLACK, mfc="none", label="values and derivatives, spread points"
+            )
         last = [one for one in curve if not one.enhanced][-1]
-        axes.axhline(last.rms, color=BLACK, lw=0.8, ls=":")
+        axes.axhline(last.rms, color=BLACK, lw=0.8, ls=":", label=f"{NAMES['rms']} of values at {last.count} points")
         axes.set_xticks([50, 100, 200, 300, 500, 1000, 1500], labels=["50", "100", "200", "300", "500", "1000", "1500"])
         axes.set_yticks(TICKS, labels=[f"{tick:g}" for tick in TICKS])
         axes.minorticks_off()
         axes.set_title(f"{WORDS[space]} variables", fontsize=NORMAL)
-        axes.set_xlabel("flyable points", fontsize=SMALL)
+        axes.set_xlabel("flyable points fitted", fontsize=SMALL)
         tidy(axes)
     panels[0].set_ylabel("error of the fuel flow at fresh points, %", fontsize=SMALL)
-    panels[0].legend(fontsize=SMALL, frameon=False)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
     return figure
 
 

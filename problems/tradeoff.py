@@ -15,7 +15,7 @@ from page_table import table
 
 from vrsopt.mission.file import read_mission
 from vrsopt.report.plots import png
-from vrsopt.report.style import GREY, SKY, VERMILION, new_figure, tidy
+from vrsopt.report.style import GREY, NORMAL, SKY, SMALL, VERMILION, new_figure, tidy
 from vrsopt.schedule.mission_setup import MissionSetup
 from vrsopt.schedule.tradeoff import FrontPoint, StepFronts, step_front, step_fronts, trajectory_front
 
@@ -27,6 +27,8 @@ PERCENTILES = (50, 90, 99)
 CONSTANTS = (80.0, 85.0, 90.0, 95.0, 100.0, 105.0, 110.0)  # % of nominal rotor speed
 CANDIDATES = 3000
 INTRODUCTION = """# Fuel against NOx
+
+This page is written by `python problems/tradeoff.py`.
 
 Which schedules are such that less NOx costs more fuel? Two ways to a front of each shipped mission: NSGA-II with two
 objectives at every decision step, the steps combined at equal price of NOx (kg of fuel per kg of NOx); and the
@@ -165,20 +167,28 @@ def draw(results: list[Fronts], beside: list[Around]) -> bytes:
         ):
             x, y = np.array([(point.fuel, 1e3 * point.nox) for point in points]).T
             axes.plot(x, y, mark, color=colour, ms=5, label=f"front, {label}")
-        axes.set(title=result.name, xlabel="fuel, kg")
+        axes.set(title=result.name, xlabel="fuel of the mission, kg")
         tidy(axes)
     for axes, result, other in zip(lower, results, beside, strict=True):
         percent, fuel, nox = other.candidates.T
-        drawn = axes.scatter(3600 * fuel, 3.6e6 * nox, c=percent, s=3, cmap="viridis")
+        drawn = axes.scatter(3600 * fuel, 3.6e6 * nox, c=percent, s=3, cmap="cividis")
         front = result.steps.points[other.step]
         axes.plot(3600 * front[:, 2], 3.6e6 * front[:, 3], "o", color=VERMILION, ms=5, label="front")
         axes.set(title=f"the step at {other.time / 60:.0f} min", xlabel="fuel flow, kg/h")
         tidy(axes)
-        figure.colorbar(drawn, ax=axes, label="rotor speed, %")
+        bar = figure.colorbar(drawn, ax=axes)
+        bar.set_label("rotor speed, % of nominal", fontsize=SMALL)
+        bar.ax.tick_params(labelsize=SMALL)
     upper[0].set_ylabel("NOx of the mission, g")
     lower[0].set_ylabel("NOx, g/h")
-    upper[0].legend(fontsize=7)
-    lower[0].legend(fontsize=7)
+    for axes in (*upper, *lower):
+        for words in (axes.title, axes.xaxis.label, axes.yaxis.label):
+            words.set_size(NORMAL)
+    lower[0].legend(fontsize=SMALL, frameon=False, loc="lower right")
+    handles = upper[0].get_legend_handles_labels()[0]
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=4, fontsize=SMALL, frameon=False, title="upper row"
+    )
     return png(figure)
 
 

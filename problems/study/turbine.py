@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from free_turbine import GENERATOR_SPEEDS, draw_generator_speed, optimum
+from free_turbine import GENERATOR_SPEEDS, draw_generator_speed, optimum, with_curvature
 
 from vrsopt.helicopter import helicopter
 
-from .finding import Finding, Table
+from .finding import Finding, Picture, Table
 
 
 def run(generators: Sequence[float] = GENERATOR_SPEEDS) -> Finding:
@@ -20,12 +20,23 @@ def run(generators: Sequence[float] = GENERATOR_SPEEDS) -> Finding:
         for best in bests
     ]
     low, high = rows[0], rows[-1]
+    ends = with_curvature(engine)
+    first, last = (100.0 * optimum(end, "gas_generator_speed", generators[0]).saving for end in ends)
+    curvatures = [end.power_turbine.speed_curvature for end in ends]
     sentences = [
         f"At {low[0]:.0f} % gas-generator speed the best free turbine turns at {low[2]:.0f} % and "
         f"saves {low[3]:.1f} %; "
         f"at {high[0]:.0f} % it turns at {high[2]:.0f} % and saves {high[3]:.1f} %.",
-        "The study's curves were not at hand as numbers, so sizes are not compared; ours are proportional to the "
-        "curvature of the turbine's efficiency (problems/engine.md).",
+        f"How much depends on how peaked the turbine's efficiency is: over the range of that number, {curvatures[0]:g} "
+        f"to {curvatures[1]:g} (shipped {engine.power_turbine.speed_curvature:g}), the saving at {low[0]:.0f} % goes "
+        f"from {first:.1f} to {last:.1f} % (problems/engine.md).",
     ]
+    said = "The same curves, which are not published as numbers; their sizes are not compared."
+    caption = (
+        "Fuel per power over that at 100 % free-turbine speed, sea level, at rest. Each curve is one speed of the gas "
+        "generator, named at its left end with its power at 100 %; dots are the best speeds. In the grey band the "
+        "engine's maker allows no steady speed."
+    )
     head = ("gas generator %", "kW at 100 %", "best free-turbine speed %", "fuel per power saved %")
-    return Finding("Free turbine", sentences, Table(head, rows), {"free_turbine": draw_generator_speed(engine)})
+    figures = {"free_turbine": Picture(draw_generator_speed(engine), caption)}
+    return Finding("Free turbine", said, sentences, Table(head, rows), figures)
