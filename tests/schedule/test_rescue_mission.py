@@ -3,6 +3,7 @@
 import inspect
 import io
 import re
+import sys
 from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass, replace
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import vrsopt
+from tests.page_lines import assert_on_page
 from tests.shown_code import FIRST_NOTEBOOK, ROOT, code_cells, first_example
 from vrsopt.helicopter import helicopter
 from vrsopt.mission.file import mission_from, read_mission
@@ -30,7 +32,14 @@ from vrsopt.schedule.surrogate_path import SurrogateAircraft
 from vrsopt.schedule.trajectory import TrajectoryProblem
 from vrsopt.surrogate.design import model_data_hash
 
-SARM = ROOT / "problems" / "sarm.toml"
+PROBLEMS = ROOT / "problems"
+sys.path.insert(0, str(PROBLEMS))
+try:
+    import validation
+finally:
+    sys.path.remove(str(PROBLEMS))
+
+SARM = PROBLEMS / "sarm.toml"
 
 
 @dataclass(frozen=True)
@@ -92,6 +101,11 @@ class TestRescueMission:
         for result in sarm.results.values():
             assert result.flight.success and result.physics.success
             assert result.physics.residual_norm < TOLERANCE
+
+    def test_the_validation_page_has_these_numbers(self, sarm):
+        """But for the last column: a node more or less on the limit."""
+        page = re.sub(r"[^|]*\|$", "", validation.PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        assert_on_page(["| " + " | ".join(row[:-1]) + " |" for row in validation.mission_rows(sarm)], page)
 
     def test_the_physics_confirms_the_fuel(self, sarm):
         for result in sarm.results.values():

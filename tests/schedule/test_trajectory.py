@@ -247,5 +247,5 @@ def test_additions_that_can_not_be_used_are_refused(transport, make_model):
         Constraint("open", q["mass"])
     with pytest.raises(InputError, match="expression of mass: must be of the symbols"):
         build_with(cost=ca.SX.sym("mass"))
-    with pytest.raises(InputError, match="weights must be of fuel, nox"):
+    with pytest.raises(InputError, match="objective: 'soot': weights of fuel, nox, co, co2"):
         build_with(cost={"soot": 1.0})
