@@ -43,6 +43,7 @@ def check_flyable(way, start: Pose, *, radius: float, **_) -> None:
 @example(start=HERE, distance=1e-3, bearing=180.0, turned=0.0, size=LEM)
 @example(start=HERE, distance=0.0, bearing=0.0, turned=180.0, size=LEM)
 @example(start=HERE, distance=350.0, bearing=0.0, turned=1e-5, size=LEM)
+@example(start=Pose(Point(0.0, 7.0), 0.0), distance=0.0, bearing=0.0, turned=2.0**-23, size=LEM)  # straight: -1e-6 m
 def test_join_ends_in_its_goal(start, distance, bearing, turned, size):
     ahead, aside = distance * cos(radians(bearing)), distance * sin(radians(bearing))
     goal = plane_pose(start, ahead, across=aside, turned_deg=turned)

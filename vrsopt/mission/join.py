@@ -175,6 +175,8 @@ def _exactly_in(pose: Pose, goal: Pose, fit: _Fit, turns: _Turns) -> Way | None:
         ahead, aside = _turned(along, across, last)  # as seen on the straight
         if abs(aside) < _EXACT and abs(turned_deg) < _EXACT_DEG:
             # The length of a tiny turn goes with the root of its angle: with the angles right, the straight makes up
+            if max(abs(straight), abs(ahead)) < SHORTEST:  # a straight is left out that is next to nothing
+                break
             straight -= float(ahead)
             continue
         change = np.linalg.solve(_sensitivity(first, straight, last, turns), [along, across, radians(turned_deg)])
