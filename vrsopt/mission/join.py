@@ -175,7 +175,7 @@ def _exactly_in(pose: Pose, goal: Pose, fit: _Fit, turns: _Turns) -> Way | None:
         ahead, aside = _turned(along, across, last)  # as seen on the straight
         if abs(aside) < _EXACT and abs(turned_deg) < _EXACT_DEG:
             # The length of a tiny turn goes with the root of its angle: with the angles right, the straight makes up
-            if max(abs(straight), abs(ahead)) < SHORTEST:  # a straight is left out that is next to nothing
+            if max(abs(straight), abs(float(ahead))) < SHORTEST:  # a straight is left out that is next to nothing
                 break
             straight -= float(ahead)
             continue
