@@ -12,6 +12,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+import warnings
 from importlib import resources
 from pathlib import Path
 
@@ -448,6 +449,14 @@ def test_percent_and_degrees_are_shown_as_typed():
     assert converted("x", 180.0, per=DEGREES, allowed=(-4.0, 4.0)) == pytest.approx(math.pi, rel=1e-15)
     with pytest.raises(vrsopt.InputError, match="x = 22.95: a number from -5.7 to 22.9"):
         converted("x", 22.95, per=DEGREES, allowed=(-0.1, 0.4))
+
+
+def test_a_process_that_joblib_replaces_is_no_news(capsys):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        run(capsys, "--version")
+        warnings.warn("A worker stopped while some jobs were given to the executor.", UserWarning, stacklevel=1)
+    assert told == []
 
 
 @pytest.mark.parametrize("words", [["trim", "--mass", "2200", "--speed", "30"], ["--help"]])

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -35,10 +36,12 @@ ENGINE_SETTINGS = {  # what is typed: argument of the verb and units per unit of
 }
 # The parser's error for a wrong option or argument: the base of the one that typer exports.
 UsageError: Any = typer.BadParameter.__mro__[1]
+REPLACED = "A worker stopped while some jobs"  # said by joblib when it replaces a process that has grown or was idle
 
 
 def run(app: typer.Typer, words: Sequence[str]) -> int:
     """Exit code of the command line ``words``; whatever a user can cause ends in one line on standard error."""
+    warnings.filterwarnings("ignore", REPLACED, UserWarning)  # nothing is lost, and nothing is to be done about it
     try:
         if hasattr(sys.stdout, "reconfigure"):
             sys.stdout.reconfigure(errors="backslashreplace")  # a file name need not be printable
