@@ -502,6 +502,14 @@ def test_interrupt_is_one_line_and_keeps_the_points(tmp_path):
     assert _points(design) >= 2
 
 
+def test_interrupt_of_compiled_code_is_one_line(capsys, monkeypatch):
+    def interrupted(*words, **settings):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr("vrsopt.turboshaft.performance.engine", interrupted)
+    assert run(capsys, "engine", "--power-kw", 200) == (130, "", "vrsopt: interrupted\n")
+
+
 def _points(design: Path) -> int:
     if not design.exists():
         return 0

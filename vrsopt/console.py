@@ -79,6 +79,10 @@ def _dispatched(app: typer.Typer, words: Sequence[str]) -> int:
         return _failed(BAD_INPUT, f"{error.filename}: {error.strerror}", words)
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
+    except SystemError as error:
+        if not isinstance(error.__cause__, KeyboardInterrupt):  # so do older versions of CasADi pass an interrupt on
+            raise
+        code = INTERRUPTED
     except SystemExit as end:  # typer's way to end after completion
         code = end.code
     if code == INTERRUPTED:  # typer may have turned the interrupt into this code
