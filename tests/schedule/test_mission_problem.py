@@ -199,6 +199,7 @@ def test_example_of_the_readme(tmp_path, monkeypatch, capsys):
     assert surrogate == pytest.approx(physics, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_own_constraint_decides_on_the_side_of_a_forbidden_band():
     """Least fuel is below the band, the constraint above it."""
     problem = vrsopt.MissionProblem(HOP)

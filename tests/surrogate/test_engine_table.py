@@ -98,6 +98,7 @@ def test_outside_the_table_is_an_input_error(table):
         table.evaluate(nodes, np.full(3, 1e5), np.ones(3))
 
 
+@pytest.mark.slow
 def test_an_engine_that_can_not_be_solved_is_refused():
     with pytest.raises(NoSolutionError, match="points not solved"):
         engine_table(engine_data=load_engine().variant("flight_manual_slope"))
