@@ -15,6 +15,7 @@ Run: python problems/calibrate_combustor.py
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,11 +122,20 @@ def humidity_slopes(engine: EngineData, states: np.ndarray, share: np.ndarray) -
     return np.log(burnt(engine, humid, share)["nox_index"] / burnt(engine, states, share)["nox_index"]) / HUMID
 
 
+def over_foca(out: Mapping[str, np.ndarray], power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What is burnt (``out``) at ``power`` (N,) [W]: NOx and CO indices (N,) over FOCA's, less one [%]."""
+    return (
+        100.0 * (out["nox_index"] / foca.nox_index(power) - 1.0),
+        100.0 * (out["co_index"] / foca.co_index(power) - 1.0),
+    )
+
+
 def table(engine: EngineData) -> list[str]:
     """NOx and CO against FOCA on the operating line, slopes, equivalence ratios and temperatures, as lines of text."""
     power, states, share = operating_line(engine, REPORTED)
     out = burnt(engine, states, share)
     nox, fuel = out["nox_index"], states[:, 3] / share
+    more_nox, more_co = over_foca(out, power)
     wet, leaner = humidity_slopes(engine, states, share), states.copy()
     leaner[:, 3] *= 0.95
     less = 100.0 * (burnt(engine, leaner, share)["nox_index"] * 0.95 / nox - 1.0)
@@ -137,8 +147,8 @@ def table(engine: EngineData) -> list[str]:
     for i, part in enumerate(REPORTED):
         foca_nox, foca_co = foca.nox_index(float(power[i])), foca.co_index(float(power[i]))
         lines.append(
-            f"{100 * part:4.0f}  {1e3 * nox[i]:6.3f} {1e3 * foca_nox:6.3f} {100 * (nox[i] / foca_nox - 1):+7.1f} "
-            f"{1e3 * out['co_index'][i]:6.1f} {1e3 * foca_co:6.1f} {100 * (out['co_index'][i] / foca_co - 1):+6.0f}"
+            f"{100 * part:4.0f}  {1e3 * nox[i]:6.3f} {1e3 * foca_nox:6.3f} {more_nox[i]:+7.1f} "
+            f"{1e3 * out['co_index'][i]:6.1f} {1e3 * foca_co:6.1f} {more_co[i]:+6.0f}"
             f"   {slope[i]:6.2f}  {wet[i]:6.1f}  {less[i]:+6.1f}   {out['primary_equivalence_ratio'][i]:6.3f}"
             f"   {out['intermediate_equivalence_ratio'][i]:6.3f}   {out['primary_temperature'][i]:6.0f}"
             f"  {out['exit_temperature'][i]:6.0f}"

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from calibrate_combustor import FITTED, REPORTED, burnt, calibrate, fits, humidity_slopes, operating_line
-from page_table import table
+from calibrate_combustor import FITTED, REPORTED, burnt, calibrate, fits, humidity_slopes, operating_line, over_foca
+from page_table import table, write_below
 from sea_level import at_sea_level
 
 from vrsopt import foca
@@ -117,6 +117,7 @@ def lines(engine: EngineData) -> Iterator[str]:
 def _line_table(engine: EngineData) -> Iterator[str]:
     power, *states = operating_line(engine, REPORTED)
     out, steep, humid = burnt(engine, *states), slopes(engine, REPORTED), humidity_slopes(engine, *states)
+    more_nox, more_co = over_foca(out, power)
     rows = []
     for k, share in enumerate(REPORTED):
         nox, co = 1e3 * foca.nox_index(power[k]), 1e3 * foca.co_index(power[k])
@@ -125,10 +126,10 @@ def _line_table(engine: EngineData) -> Iterator[str]:
                 f"{100 * share:.0f} %" + (" (fitted)" if share in FITTED else ""),
                 f"{1e3 * out['nox_index'][k]:.2f}",
                 f"{nox:.2f}",
-                f"{100 * (1e3 * out['nox_index'][k] / nox - 1):+.0f} %",
+                f"{more_nox[k]:+.0f} %",
                 f"{1e3 * out['co_index'][k]:.1f}",
                 f"{co:.1f}",
-                f"{100 * (1e3 * out['co_index'][k] / co - 1):+.0f} %",
+                f"{more_co[k]:+.0f} %",
                 f"{steep[k]:.2f}",
                 f"{foca_slopes(power[k : k + 1])[0]:.2f}",
                 f"{humid[k]:.1f}",
@@ -155,7 +156,7 @@ def _tried_table(engine: EngineData) -> Iterator[str]:
     sooner = engine.changed("reactors", methylene_fraction=ETHYLENE)
     fitted = sooner.changed("reactors", **calibrate(sooner).values)
     power, *states = operating_line(engine, FITTED)
-    nox = 100 * (burnt(fitted, *states)["nox_index"] / foca.nox_index(power) - 1)
+    nox, _ = over_foca(burnt(fitted, *states), power)
     where = ", ".join(f"{100 * share:.0f}" for share in FITTED)
     at_powers = ", ".join(f"{value:+.0f} %" for value in nox)
     idle, *(state, share) = operating_line(engine, (IDLE,))
@@ -179,9 +180,8 @@ def _tried_table(engine: EngineData) -> Iterator[str]:
 
 def main() -> None:
     engine = load_engine()
-    text = PAGE.read_text(encoding="utf-8").split(MARKER)[0] if PAGE.exists() else "# Emissions\n\n"
     (HERE / "figures" / FIGURE).write_bytes(png(draw(engine)))
-    PAGE.write_text(text + "\n".join([MARKER, *lines(engine)]), encoding="utf-8")
+    write_below(MARKER, PAGE, "\n".join(lines(engine)), title="Emissions")
 
 
 if __name__ == "__main__":

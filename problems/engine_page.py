@@ -11,6 +11,7 @@ from pathlib import Path
 import free_turbine
 import part_power_page
 import power_turbine
+from page_table import write_below
 
 from vrsopt.report.plots import png
 from vrsopt.turboshaft.data import EngineData, load_engine
@@ -44,14 +45,9 @@ def _figures(*names: str) -> Iterator[str]:
 
 def main() -> None:
     engine = load_engine()
-    text = (
-        PAGE.read_text(encoding="utf-8").split(MARKER)[0]
-        if PAGE.exists()
-        else "# The engine away from its design point\n\n"
-    )
     for name, (_, draw) in FIGURES.items():
         PAGE.with_name("figures").joinpath(name).write_bytes(png(draw(engine)))
-    PAGE.write_text(text + "\n".join([MARKER, *lines(engine)]), encoding="utf-8")
+    write_below(MARKER, PAGE, "\n".join(lines(engine)), title="The engine away from its design point")
 
 
 if __name__ == "__main__":

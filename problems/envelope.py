@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from envelope_figures import bounds_figure, margin_figure
 from envelope_margin import MARGINS, SCHEDULES, mission_savings
-from page_table import table
+from page_table import table, write_below
 from surrogate_data import DESIGNS, Points, read
 
 import vrsopt
@@ -209,8 +209,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         raise SystemExit("usage: python problems/envelope.py")
     begin = time.process_time()
     text = "\n".join(lines()).rstrip()
-    head = PAGE.read_text(encoding="utf-8").partition(MARKER)[0] if PAGE.exists() else "# The flight envelope\n\n"
-    PAGE.write_text(f"{head}{MARKER}\n{text}\n", encoding="utf-8")
+    write_below(MARKER, PAGE, f"{text}\n", title="The flight envelope")
     print(text)
     print(f"{time.process_time() - begin:.0f} s of CPU time", file=sys.stderr)
 

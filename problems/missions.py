@@ -18,7 +18,7 @@ from mission_tables import (
     schedule_table,
     step_table,
 )
-from page_table import table
+from page_table import table, write_below
 
 import vrsopt
 from vrsopt.mission.file import Mission, mission_from, read_mission
@@ -208,8 +208,7 @@ def main() -> None:
     lines += ["## Share of time", "", *share_table(results)]
     lines += ["## How well the books close", "", *closing_table(results, vrsopt.load_surrogate(SHIPPED))]
     lines += ["## Other days", "", *weather_table(missions)]
-    head = PAGE.read_text(encoding="utf-8").partition(MARKER)[0]
-    PAGE.write_text(head + MARKER + "\n" + "\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    write_below(MARKER, PAGE, "\n".join(lines).rstrip() + "\n", title="Missions")
 
 
 SHIPPED = Path(vrsopt.__file__).parent / "data" / "surrogate.nc"

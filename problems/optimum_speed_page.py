@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from optimum_speed_figures import draw
 from optimum_speed_results import METRICS, default, effect, levels, named, power_ratio, usable
-from page_table import table
+from page_table import table, write_below
 
 Ranges = Mapping[str, tuple[float, float] | None]
 MARKER = "<!-- tables: everything below is written by problems/optimum_speed.py -->"
@@ -243,10 +243,9 @@ def solution(dataset: xr.Dataset) -> Iterator[str]:
 def write_page(folder: Path, dataset: xr.Dataset, ranges: Ranges) -> None:
     """Keep the text of the page above the marker, write figures and tables below it."""
     page = folder / "optimum_speed.md"
-    text = page.read_text(encoding="utf-8").split(MARKER)[0] if page.exists() else "# Optimum rotor speed\n\n"
     figures = draw(dataset, folder / "figures")
-    lines = [MARKER, "", "## Results\n", *(f"![{title}](figures/{name})\n" for name, title in figures.items())]
+    lines = ["", "## Results\n", *(f"![{title}](figures/{name})\n" for name, title in figures.items())]
     for part in (maps, effects):
         lines += part(dataset)
     lines += [*all_models(dataset, ranges), *prototype(dataset), *solution(dataset), *calibration(dataset, ranges)]
-    page.write_text(text + "\n".join(lines), encoding="utf-8")
+    write_below(MARKER, page, "\n".join(lines), title="Optimum rotor speed")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 
 def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
@@ -14,6 +15,12 @@ def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[s
     for row in rows:
         yield "| " + " | ".join(str(cell) for cell in row) + " |"
     yield ""
+
+
+def write_below(marker: str, page: Path, text: str, *, title: str) -> None:
+    """Write ``marker`` and ``text`` below the words of ``page`` above the marker; one that is new gets a ``title``."""
+    head = page.read_text(encoding="utf-8").partition(marker)[0] if page.exists() else f"# {title}\n\n"
+    page.write_text(f"{head}{marker}\n{text}", encoding="utf-8")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
-from page_table import table
+from page_table import table, write_below
 
 from vrsopt.report.plots import png
 from vrsopt.report.style import BLACK, BLUE, GREEN, NORMAL, SMALL, VERMILION, new_figure, tidy
@@ -27,8 +27,7 @@ PUBLISHED_FUEL = (("Mistè et al.: 7 to 8 %", (7.0, 8.0)),)
 
 def write_page(path: Path, results: Results) -> None:
     """The page with its tables made again; what is written by hand above the marker stays."""
-    head = path.read_text(encoding="utf-8").partition(MARKER)[0] if path.exists() else "# A second helicopter\n\n"
-    path.write_text(f"{head}{MARKER}\n" + "\n".join(lines(results)), encoding="utf-8")
+    write_below(MARKER, path, "\n".join(lines(results)), title="A second helicopter")
 
 
 def lines(results: Results) -> Iterator[str]:

@@ -19,7 +19,7 @@ from pathlib import Path
 import design_space
 import leave_one_out
 import surrogate_errors as errors
-from page_table import table
+from page_table import table, write_below
 from surrogate_data import DESIGNS, SURROGATES, WORDS, read
 from surrogate_errors import Learned, Space
 from surrogate_fuel import Route, routes, routes_table
@@ -132,8 +132,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         raise SystemExit(2) from None
     text = "\n".join(lines(spaces)).rstrip()
-    head = PAGE.read_text(encoding="utf-8").partition(MARKER)[0]
-    PAGE.write_text(f"{head}{MARKER}\n{text}\n", encoding="utf-8")
+    write_below(MARKER, PAGE, f"{text}\n", title="Surrogates")
     print(text)
     print(f"{time.process_time() - begin:.0f} s of CPU time", file=sys.stderr)
 

@@ -13,7 +13,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from calibrate_combustor import FITTED, burnt, fits, humidity_slopes, operating_line
+from calibrate_combustor import FITTED, burnt, fits, humidity_slopes, operating_line, over_foca
 from emissions import slopes
 from level_flight import KNOT
 from page_table import Figure, figures, table
@@ -197,15 +197,15 @@ def emissions() -> list[Indices]:
     """NOx and CO of both fits along the operating line."""
     engine = load_engine()
     power, *states = operating_line(engine, MISSION_LINE)
-    nox, co = (np.array([index(p) for p in power.tolist()]) for index in (foca.nox_index, foca.co_index))
     rows = []
     for name, one in fits(engine).items():
         out = burnt(one, *states)
+        more_nox, more_co = over_foca(out, power)
         columns = (
             1e3 * out["nox_index"],
-            100 * (out["nox_index"] / nox - 1),
+            more_nox,
             1e3 * out["co_index"],
-            100 * (out["co_index"] / co - 1),
+            more_co,
             slopes(one, MISSION_LINE),
             humidity_slopes(one, *states),
         )

@@ -7,6 +7,7 @@ is fitted to what it is compared with.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache, partial
 from math import pi, radians
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import dynamic_stall
 import numpy as np
 from page_table import table
-from vortex_lattice import CHORD, MEASURED, ROOT, SPEED_OF_SOUND, TIP_MACH, Lattice, disc_thrust
+from vortex_lattice import CHORD, MEASURED, ROOT, SPEED_OF_SOUND, TIP_MACH, Lattice
 
 from vrsopt.aircraft import MainRotor, load_aircraft
 from vrsopt.rotor.airfoil import Airfoil, load_section
@@ -23,12 +24,13 @@ from vrsopt.rotor.fidelity import Fidelity
 from vrsopt.rotor.isolated import conditions, isolated_system, model_rotor
 
 hover_rotor = partial(model_rotor, load_aircraft().main_rotor, load_section("naca_0012"))
+DISC, PASSAGE = (Fidelity(blade_passage=passage, dynamic_stall=False) for passage in (False, True))
 SLENDER = 0.25  # of the chord of Caradonna and Tung's blades
 
 
-def hover_outputs(rotor: MainRotor, collectives_deg: list[float], *, blade_passage: bool) -> list[dict[str, float]]:
+def hover_outputs(rotor: MainRotor, collectives_deg: list[float], fidelity: Fidelity) -> list[dict[str, float]]:
     """Outputs in hover at each collective, all of which must be solved."""
-    system = isolated_system(rotor, Fidelity(blade_passage=blade_passage, dynamic_stall=False))
+    system = isolated_system(rotor, fidelity)
     found = []
     for angle in collectives_deg:
         solution = system.solve(conditions(rotor, collective=radians(angle)), method="newton")
@@ -61,17 +63,31 @@ def caradonna_tung() -> list[Thrust]:
     """With the inflow of a disc, with states at the blade passage, and with a vortex lattice on a rigid helix."""
     rotor = hover_rotor(radius=1.143, chord=1.143 * CHORD, tip_speed=TIP_MACH * SPEED_OF_SOUND, root_cutout=ROOT)
     disc, passage = (
-        [out["thrust_coefficient"] for out in hover_outputs(rotor, list(MEASURED), blade_passage=on)]
-        for on in (False, True)
+        [out["thrust_coefficient"] for out in hover_outputs(rotor, list(MEASURED), inflow)]
+        for inflow in (DISC, PASSAGE)
     )
     lattice = [Lattice(radians(angle), CHORD).thrust() for angle in MEASURED]
     return [Thrust(*row) for row in zip(MEASURED, MEASURED.values(), disc, passage, lattice, strict=True)]
 
 
 @cache
+def slender_thrust(collective_deg: float, share: float) -> float:
+    """Thrust coefficient with that share of the chord, with states at the blade passage.
+
+    The rotor is four times as large, for the chord's lower bound.
+    """
+    radius = 4 * 1.143
+    rotor = hover_rotor(
+        radius=radius, chord=share * CHORD * radius, tip_speed=TIP_MACH * SPEED_OF_SOUND, root_cutout=ROOT
+    )
+    coarse = replace(PASSAGE, harmonics=1, azimuths=16, highest_shape=5)
+    return hover_outputs(rotor, [collective_deg], coarse)[0]["thrust_coefficient"]
+
+
+@cache
 def slender_percent() -> float:
     """Thrust of slender blades at 8 deg, with states at the blade passage, over that of the lattice."""
-    return 100.0 * (disc_thrust(8.0, SLENDER) / Lattice(radians(8.0), SLENDER * CHORD).thrust() - 1.0)
+    return 100.0 * (slender_thrust(8.0, SLENDER) / Lattice(radians(8.0), SLENDER * CHORD).thrust() - 1.0)
 
 
 @cache
@@ -80,8 +96,8 @@ def harrington() -> dict[str, list[float]]:
     rotor = hover_rotor(radius=3.81, chord=0.027 * pi * 3.81 / 2, tip_speed=152.4, root_cutout=0.16)
     angles = np.arange(5.0, 16.0).tolist()
     return {
-        words: [out["figure_of_merit"] for out in hover_outputs(rotor, angles, blade_passage=on)]
-        for words, on in (("disc", False), ("blade passage", True))
+        words: [out["figure_of_merit"] for out in hover_outputs(rotor, angles, inflow)]
+        for words, inflow in (("disc", DISC), ("blade passage", PASSAGE))
     }
 
 
@@ -192,13 +208,17 @@ def stall_loops(path: Path) -> list[Loop]:
         ]
 
 
-def stall_table(path: Path) -> Iterator[str]:
+def stall_errors(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Absolute differences of largest lift and of least moment coefficient from the test, by frame."""
     loops = stall_loops(path)
-    lift = np.mean(np.abs([loop.lift_difference for loop in loops]))
-    moment = np.mean(np.abs([loop.moment_difference for loop in loops]))
+    return np.abs([loop.lift_difference for loop in loops]), np.abs([loop.moment_difference for loop in loops])
+
+
+def stall_table(path: Path) -> Iterator[str]:
+    lift, moment = stall_errors(path)
     yield (
         "Dynamic stall of an oscillating NACA 0012 (McAlister and others, NASA TM 84245), one set of constants for all "
-        f"frames; largest lift {lift:.2f} and least moment {moment:.2f} off on average; loops in "
+        f"frames; largest lift {lift.mean():.2f} and least moment {moment.mean():.2f} off on average; loops in "
         "figures/dynamic_stall.png:\n"
     )
     rows = [
@@ -213,7 +233,7 @@ def stall_table(path: Path) -> Iterator[str]:
             f"{loop.moment_difference:+.3f}",
             *(f"{loop.errors[f'rms_{quantity}']:.3f}" for quantity in dynamic_stall.QUANTITIES),
         )
-        for loop in loops
+        for loop in stall_loops(path)
     ]
     header = ("frame", "Mach", "angle deg", "k", "largest lift", "difference", "least moment", "difference")
     yield from table((*header, "rms lift", "rms drag", "rms moment"), rows)

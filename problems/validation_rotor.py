@@ -153,6 +153,11 @@ def flight_test_pitch() -> list[FlownPitch]:
     ]
 
 
+def pitch_errors() -> np.ndarray:
+    """Absolute differences of the pitch attitude from the flight test [deg]."""
+    return np.abs([flown.difference for flown in flight_test_pitch()])
+
+
 def flight_test_tables() -> Iterator[str]:
     yield "Level-flight power against flight test (not a target: the source does not say which power it is):\n"
     rows = [
@@ -161,11 +166,12 @@ def flight_test_tables() -> Iterator[str]:
     ]
     header = ("speed kt", "flight test kW", "main rotor kW", "difference", "both rotors kW", "difference")
     yield from table((*header, "engines kW", "difference"), rows)
-    pitch = flight_test_pitch()
-    errors = np.abs([p.difference for p in pitch])
+    errors = pitch_errors()
     yield (f"Pitch attitude against flight test: {errors.mean():.2f} deg on average, {errors.max():.2f} deg at most:\n")
     header = ("speed kt", "flight test deg", "model deg", "difference deg")
-    yield from table(header, [(p.knots, p.measured, f"{p.model:.2f}", f"{p.difference:+.2f}") for p in pitch])
+    yield from table(
+        header, [(p.knots, p.measured, f"{p.model:.2f}", f"{p.difference:+.2f}") for p in flight_test_pitch()]
+    )
 
 
 # -- ground ------------------------------------------------------------------------------------------------------------

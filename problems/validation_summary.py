@@ -11,15 +11,13 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from calibrate_combustor import FITTED, burnt, operating_line
+from calibrate_combustor import FITTED, burnt, operating_line, over_foca
 from page_table import table
 from validation_engine import consumption, emissions
 from validation_gas import all_differences
-from validation_isolated import caradonna_tung, stall_loops
-from validation_rotor import flight_test_pitch, flight_test_power, frequencies
+from validation_isolated import caradonna_tung, stall_errors
+from validation_rotor import flight_test_power, frequencies, pitch_errors
 
-from vrsopt import foca
 from vrsopt.turboshaft.data import load_engine
 
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
@@ -60,7 +58,7 @@ def rotor() -> Iterator[Row]:
         "the source does not say which power it is",
         HERE,
     )
-    pitch = np.abs([flown.difference for flown in flight_test_pitch()])
+    pitch = pitch_errors()
     off = f"{pitch.mean():.1f} deg off on average, {pitch.max():.1f} at most"
     yield "pitch attitude, 2200 kg", off, "flight test", HERE
     modes = max(abs(mode.difference_percent) for mode in frequencies())
@@ -76,12 +74,10 @@ def rotor() -> Iterator[Row]:
 
 
 def stall(loops: Path) -> Iterator[Row]:
-    found = stall_loops(loops)
-    lift = np.mean(np.abs([loop.lift_difference for loop in found]))
-    moment = np.mean(np.abs([loop.moment_difference for loop in found]))
+    lift, moment = stall_errors(loops)
     yield (
-        f"oscillating NACA 0012, {len(found)} frames",
-        f"largest lift {lift:.2f}, least moment {moment:.2f} off on average",
+        f"oscillating NACA 0012, {len(lift)} frames",
+        f"largest lift {lift.mean():.2f}, least moment {moment.mean():.2f} off on average",
         "McAlister and others",
         FRAMES,
     )
@@ -144,12 +140,8 @@ def idle() -> tuple[list[float], list[float]]:
     """NOx and CO over FOCA's at the powers of NOT_FITTED, less one, in per cent."""
     shipped = load_engine()
     power, *states = operating_line(shipped, NOT_FITTED)
-    out = burnt(shipped, *states)
-    nox, co = (
-        [100.0 * (x / index(p) - 1.0) for x, p in zip(out[name].tolist(), power.tolist(), strict=True)]
-        for name, index in (("nox_index", foca.nox_index), ("co_index", foca.co_index))
-    )
-    return nox, co
+    nox, co = over_foca(burnt(shipped, *states), power)
+    return nox.tolist(), co.tolist()
 
 
 def rows(loops: Path | None) -> list[Row]:

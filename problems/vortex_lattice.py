@@ -8,16 +8,12 @@ velocity: nothing in it is fitted to a rotor. Imported by validation_isolated.py
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from math import pi, radians
+from math import pi
 
 import numpy as np
 from scipy.optimize import brentq
 
-from vrsopt.aircraft import load_aircraft
 from vrsopt.rotor.airfoil import load_section
-from vrsopt.rotor.fidelity import Fidelity
-from vrsopt.rotor.isolated import conditions, isolated_system, model_rotor
 
 CHORD, ROOT, BLADES = 0.191 / 1.143, 0.167, 2  # Caradonna and Tung, over the radius
 TIP_MACH, SPEED_OF_SOUND = 0.439, 340.294
@@ -90,24 +86,3 @@ class Lattice:
 
         inflow = brentq(lambda v: lifted(v) / (2 * v) - v, 0.01, 0.12, xtol=1e-4)
         return lifted(inflow)
-
-
-@cache
-def disc_thrust(collective_deg: float, share: float = 1.0, passage: bool = True) -> float:
-    """C_T of the product's rotor with that share of the chord; four times as large, for the chord's lower bound."""
-    radius, tip_speed = 4 * 1.143, TIP_MACH * SPEED_OF_SOUND
-    rotor = model_rotor(
-        load_aircraft().main_rotor,
-        load_section("naca_0012"),
-        radius=radius,
-        chord=share * CHORD * radius,
-        tip_speed=tip_speed,
-        root_cutout=ROOT,
-    )
-    fidelity = Fidelity(harmonics=1, azimuths=16, highest_shape=5, blade_passage=passage, dynamic_stall=False)
-    solution = isolated_system(rotor, fidelity).solve(
-        conditions(rotor, collective=radians(collective_deg)), method="newton"
-    )
-    if not solution.success:
-        raise RuntimeError(solution.message)
-    return solution.outputs["thrust_coefficient"]
